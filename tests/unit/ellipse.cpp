@@ -28,7 +28,7 @@ TEST_CASE("a conic that is no ellipse gives nothing") {
   CHECK_FALSE(ellipse_from_conic(Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN())));
 }
 
-TEST_CASE("normalized puts the major axis first and alpha in [-pi/2, pi/2)") {
+TEST_CASE("normalized puts the major axis first and alpha between -pi/2 and pi/2") {
   const Ellipse e = normalized({0, 0, 10, 20, 0.1 + 2 * pi});
   CHECK(e.a_px == 20);
   CHECK(e.b_px == 10);
