@@ -1,0 +1,92 @@
+#include "detector_proc/paper_method.hpp"
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "detector_proc/affine_moments.hpp"
+#include "detector_proc/contours.hpp"
+#include "detector_proc/ellipse_fit.hpp"
+#include "detector_proc/marks.hpp"
+
+namespace stevedore {
+namespace {
+
+using Points = std::vector<cv::Point>;
+
+/// Step 2, eq. (5).
+bool passes_gate(const Points& points, const DetectorSettings& s) {
+  const auto ami = affine_moments(cv::moments(points));
+  return ami && std::abs(ami->i1 - ellipse_i1) < s.ami_i1_tolerance &&
+         std::abs(ami->i2) < s.ami_i2_tolerance && std::abs(ami->i3) < s.ami_i3_tolerance;
+}
+
+Points convex_hull(const Points& points) {
+  Points hull;
+  cv::convexHull(points, hull);
+  return hull;
+}
+
+bool plausible(const Ellipse& e, cv::Size image, const DetectorSettings& s) {
+  const double diagonal_px = std::hypot(image.width, image.height);
+  return e.b_px >= s.min_semi_axis_px && e.a_px <= s.max_aspect * e.b_px &&
+         e.a_px <= s.max_relative_size * diagonal_px && e.u_px > -diagonal_px && e.v_px > -diagonal_px &&
+         e.u_px < image.width + diagonal_px && e.v_px < image.height + diagonal_px;
+}
+
+/// How much larger than the true edge the ellipse of a contour comes out: means over clean renders of 3 to
+/// 100 px semi-axes, constant within 0.1 px. Canny's pixels themselves are unbiased; a region's outermost
+/// pixels are half a pixel within it. The hull leaves out all but the pixels that lie furthest outside.
+double size_bias_px(Trace trace, bool hull) {
+  constexpr double hull_bias_px = 0.35;
+  const double contour_bias_px = trace == Trace::edge_outside  ? 0.10
+                                 : trace == Trace::edge_inside ? -0.15
+                                 : trace == Trace::region      ? -0.47
+                                                               : 0.48;
+  return contour_bias_px + (hull ? hull_bias_px : 0);
+}
+
+Ellipse without_bias(Ellipse e, double bias_px) {
+  e.a_px -= bias_px;
+  e.b_px -= bias_px;
+  return e;
+}
+
+/// Steps 2 to 4 for one contour.
+std::optional<Detection> examine(const Contour& contour, cv::Size image, const DetectorSettings& s) {
+  const bool whole = passes_gate(contour.points, s);
+  if (!whole && !s.use_hull) return std::nullopt;
+  const Points hull = whole ? Points{} : convex_hull(contour.points);
+  const Points& points = whole ? contour.points : hull;
+
+  const auto ellipse = fit_ellipse(points);
+  if (!ellipse || !plausible(*ellipse, image, s)) return std::nullopt;
+
+  Detection d;
+  d.kind = whole ? Kind::whole : Kind::partial;
+  d.error = algebraic_error(*ellipse, points);
+  if (!(d.error < s.max_error)) return std::nullopt;
+  d.coverage = coverage(*ellipse, contour.points, s.support_distance_px);
+  if (d.coverage < (whole ? s.min_coverage_whole : s.min_coverage_partial)) return std::nullopt;
+  d.outer = {without_bias(*ellipse, size_bias_px(contour.trace, !whole)),
+             fit_covariance(*ellipse, points, whole ? 3 : 1)};
+  return d;
+}
+
+}  // namespace
+
+std::vector<Detection> detect_by_paper(const cv::Mat& image, const DetectorSettings& settings) {
+  const cv::Mat grey = blurred_grey(image);
+  const cv::Mat edges = edge_map(grey, settings);
+  std::vector<Detection> found;
+  for (const auto& contours : {edge_contours(edges, settings), color_contours(image, settings)}) {
+    for (const Contour& contour : contours) {
+      if (auto detection = examine(contour, image.size(), settings)) found.push_back(*detection);
+    }
+  }
+  found = merge_rings(merge_duplicates(std::move(found), settings), grey, settings);
+  label_marks(found, edges, settings);
+  return found;
+}
+
+}  // namespace stevedore
