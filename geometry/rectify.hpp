@@ -1,0 +1,36 @@
+// Between the image as given and the ideal pinhole image: maps for whole images, functions for points and
+// outlines.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "geometry/camera_model.hpp"
+#include "geometry/ellipse.hpp"
+
+namespace stevedore {
+
+/// For cv::remap. Both are empty when nothing is to be done: no distortion and the same intrinsics.
+struct RectifyMaps {
+  cv::Mat map_1;
+  cv::Mat map_2;
+};
+
+RectifyMaps make_rectify_maps(const CameraModel& camera);
+
+/// The image the rectified pinhole would have taken; black where the lens did not look. Returns the image
+/// itself, not a copy, when the maps are empty.
+cv::Mat rectify(const cv::Mat& given, const RectifyMaps& maps);
+
+/// Pixel of the rectified image to pixel of the image as given.
+Eigen::Vector2d distort(const CameraModel& camera, const Eigen::Vector2d& rectified_px);
+
+/// The way back, iterated to 1e-9 px. Nothing where the lens model has no inverse.
+std::optional<Eigen::Vector2d> undistort(const CameraModel& camera, const Eigen::Vector2d& given_px);
+
+/// The ellipse of the image as given that fits the distorted outline best. Nothing where it is not an
+/// ellipse.
+std::optional<Ellipse> distort(const CameraModel& camera, const Ellipse& rectified);
+
+}  // namespace stevedore

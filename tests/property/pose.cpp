@@ -1,0 +1,296 @@
+// Pose of a circle from exact ellipses: circles in space are projected by hand, without the code under test.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "pose_proc/circle_pose.hpp"
+
+using namespace stevedore;
+using std::numbers::pi;
+
+namespace {
+
+const Pinhole camera{640, 480, 337, 337, 319.5, 239.5};
+constexpr double deg = pi / 180;
+
+struct Circle {
+  Eigen::Vector3d center_m;
+  Eigen::Vector3d normal;  // towards the camera
+  double radius_m;
+};
+
+/// At a pixel and a depth; the normal leans by tilt from the optical axis, towards an azimuth in the image.
+Circle circle_at(double u_px, double v_px, double depth_m, double tilt_rad, double azimuth_rad,
+                 double radius_m = 0.5) {
+  Circle circle;
+  circle.center_m = depth_m * camera.unproject({u_px, v_px});
+  circle.normal = {std::sin(tilt_rad) * std::cos(azimuth_rad), std::sin(tilt_rad) * std::sin(azimuth_rad),
+                   -std::cos(tilt_rad)};
+  circle.radius_m = radius_m;
+  if (circle.normal.dot(circle.center_m) > 0) circle.normal = -circle.normal;  // seen from behind
+  return circle;
+}
+
+/// The homography from the circle's plane to the image turns its unit circle into the image's conic. Taken
+/// about the pixel of the circle's centre: about the image's corner, flat ellipses would lose ten digits.
+std::optional<Ellipse> image_of(const Circle& circle) {
+  const Eigen::Vector3d x = circle.normal.unitOrthogonal(), y = circle.normal.cross(x);
+  const Eigen::Vector2d origin_px = camera.project(circle.center_m);
+  Eigen::Matrix3d to_origin = Eigen::Matrix3d::Identity(), circle_plane;
+  to_origin.topRightCorner<2, 1>() = -origin_px;
+  circle_plane << circle.radius_m * x, circle.radius_m * y, circle.center_m;
+  const Eigen::Matrix3d inverse = (to_origin * camera.matrix() * circle_plane).inverse();
+  auto ellipse = ellipse_from_conic(inverse.transpose() * Eigen::Vector3d(1, 1, -1).asDiagonal() * inverse);
+  if (!ellipse) return std::nullopt;
+  ellipse->u_px += origin_px.x();
+  ellipse->v_px += origin_px.y();
+  return ellipse;
+}
+
+EllipseFit exact(const Ellipse& ellipse) {
+  return {ellipse, EllipseCovariance::Zero()};
+}
+
+const CircleSolution& nearer(const std::array<CircleSolution, 2>& solutions, const Circle& truth) {
+  const auto off = [&](int i) {
+    const auto& s = solutions[static_cast<std::size_t>(i)];
+    return (s.center_camera_m - truth.center_m).norm() + (s.normal_camera - truth.normal).norm();
+  };
+  return solutions[off(0) <= off(1) ? 0 : 1];
+}
+
+double normal_error(const CircleSolution& solution, const Circle& truth) {
+  return std::atan2(solution.normal_camera.cross(truth.normal).norm(),
+                    solution.normal_camera.dot(truth.normal));
+}
+
+/// Calls visit(circle, ellipse) for circles all over the image.
+template <class Visit>
+void for_each_circle(const std::vector<double>& tilts_deg, const std::vector<double>& depths_m, Visit visit) {
+  for (const double tilt : tilts_deg)
+    for (const double depth : depths_m)
+      for (double u = 0; u <= 640; u += 80)
+        for (double v = 0; v <= 480; v += 80)
+          for (int azimuth = 0; azimuth < 360; azimuth += 30) {
+            const Circle circle = circle_at(u, v, depth, tilt * deg, azimuth * deg);
+            if (const auto ellipse = image_of(circle)) visit(circle, *ellipse);
+          }
+}
+
+/// An ellipse as an edge fit with equal noise all round measures it: the centre, and the root of its shape,
+/// moved at random. The covariance is the one such a fit would state, at the measured ellipse.
+EllipseFit measured(const Ellipse& truth, double sigma_px, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  const Eigen::Matrix2d axes = Eigen::Rotation2Dd(truth.alpha_rad).toRotationMatrix();
+  Eigen::Matrix2d root = axes * Eigen::Vector2d(truth.a_px, truth.b_px).asDiagonal() * axes.transpose();
+  const double shear_px = sigma_px * normal(random);  // off-diagonal
+  root(0, 0) += std::sqrt(2) * sigma_px * normal(random);
+  root(1, 1) += std::sqrt(2) * sigma_px * normal(random);
+  root(0, 1) += shear_px;
+  root(1, 0) += shear_px;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(root);
+  const Eigen::Vector2d major = eigen.eigenvectors().col(1);
+  EllipseFit fit;
+  fit.ellipse =
+      normalized({truth.u_px + sigma_px * normal(random), truth.v_px + sigma_px * normal(random),
+                  eigen.eigenvalues()[1], eigen.eigenvalues()[0], std::atan2(major.y(), major.x())});
+  const double v = sigma_px * sigma_px;
+  fit.covariance.diagonal() << v, v, 2 * v, 2 * v, v / std::pow(fit.ellipse.a_px - fit.ellipse.b_px, 2);
+  return fit;
+}
+
+/// Some covariance with correlations of every pair, of the size sigma_px.
+EllipseCovariance correlated(const Ellipse& e, double sigma_px) {
+  EllipseCovariance root;
+  root << 1, 0, 0, 0, 0,       //
+      0.3, 1, 0, 0, 0,         //
+      -0.2, 0.1, 1.2, 0, 0,    //
+      0.1, -0.3, 0.5, 1.1, 0,  //
+      0.2, 0.1, -0.1, 0.2, 1 / (e.a_px - e.b_px);
+  return sigma_px * sigma_px * root * root.transpose();
+}
+
+/// Second moment, about the estimate, of the centre that `solve` finds for ellipses drawn from the fit's
+/// Gaussian.
+template <class Solve>
+Eigen::Matrix3d monte_carlo(const EllipseFit& fit, const Eigen::Vector3d& estimate_m, Solve solve) {
+  constexpr int draws = 20000;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const EllipseCovariance root = fit.covariance.llt().matrixL();
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < draws; ++i) {
+    Eigen::Matrix<double, 5, 1> x;
+    for (double& value : x) value = normal(random);
+    x = root * x;
+    const Ellipse& e = fit.ellipse;
+    const Eigen::Vector3d off_m =
+        solve(normalized({e.u_px + x[0], e.v_px + x[1], e.a_px + x[2], e.b_px + x[3], e.alpha_rad + x[4]})) -
+        estimate_m;
+    moment += off_m * off_m.transpose() / draws;
+  }
+  return moment;
+}
+
+double relative_difference(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return (a - b).norm() / b.norm();
+}
+
+}  // namespace
+
+TEST_CASE("conic: one of the two solutions is the circle, all over the image") {
+  double worst_m = 0, worst_rad = 0;
+  int count = 0;
+  for_each_circle(
+      {0, 1, 5, 15, 30, 45}, {0.5, 1.6, 5, 12}, [&](const Circle& circle, const Ellipse& ellipse) {
+        const auto solutions = conic_pose(exact(ellipse), camera, circle.radius_m);
+        REQUIRE(solutions);
+        const CircleSolution& best = nearer(*solutions, circle);
+        worst_m = std::max(worst_m, (best.center_camera_m - circle.center_m).norm());
+        const double apart = (solutions->at(0).normal_camera - solutions->at(1).normal_camera).norm();
+        // nearer to merging, the normal goes with the square root of the last digit
+        if (apart > 0.01) worst_rad = std::max(worst_rad, normal_error(best, circle));
+        ++count;
+      });
+  CHECK(count > 15000);
+  CHECK(worst_m < 1e-7);
+  CHECK(worst_rad < 1e-9);
+}
+
+TEST_CASE("conic: circles seen almost from the side") {
+  double worst_m = 0;
+  for_each_circle({70, 80, 85}, {1.6, 5}, [&](const Circle& circle, const Ellipse& ellipse) {
+    if (ellipse.b_px < 0.1) return;  // the plane goes through the camera
+    const auto solutions = conic_pose(exact(ellipse), camera, circle.radius_m);
+    REQUIRE(solutions);
+    worst_m = std::max(worst_m, (nearer(*solutions, circle).center_camera_m - circle.center_m).norm());
+  });
+  CHECK(worst_m < 1e-6);
+}
+
+TEST_CASE("conic: both solutions have the same image, face the camera and come in the stated order") {
+  double worst_px = 0;
+  for_each_circle({0, 5, 30, 45}, {1.6, 5}, [&](const Circle& circle, const Ellipse& ellipse) {
+    const auto solutions = conic_pose(exact(ellipse), camera, circle.radius_m);
+    REQUIRE(solutions);
+    for (const CircleSolution& s : *solutions) {
+      REQUIRE(s.normal_camera.norm() == Approx(1));
+      REQUIRE(s.normal_camera.dot(s.center_camera_m) < 0);
+      const auto again = image_of({s.center_camera_m, s.normal_camera, circle.radius_m});
+      REQUIRE(again);
+      for (double t = 0; t < 6; t += 1) {
+        const double radius = std::sqrt(normalized_radius_squared(ellipse, point_at(*again, t)));
+        worst_px = std::max(worst_px, std::abs(radius - 1) * ellipse.a_px);
+      }
+    }
+    REQUIRE(solutions->at(0).normal_camera.z() <= solutions->at(1).normal_camera.z() + 1e-12);
+  });
+  CHECK(worst_px < 1e-6);
+}
+
+TEST_CASE("conic: a circle that faces the camera has one solution twice, and a finite covariance") {
+  for (const Eigen::Vector2d& at : {Eigen::Vector2d(319.5, 239.5), Eigen::Vector2d(90, 400)}) {
+    Circle circle = circle_at(at.x(), at.y(), 2, 0, 0);
+    circle.normal = -circle.center_m.normalized();
+    EllipseFit fit = exact(image_of(circle).value());
+    fit.covariance.diagonal() << 0.01, 0.01, 0.02, 0.02, 1e-5;
+    const auto solutions = conic_pose(fit, camera, circle.radius_m);
+    REQUIRE(solutions);
+    CHECK((solutions->at(0).center_camera_m - solutions->at(1).center_camera_m).norm() < 1e-6);
+    for (const CircleSolution& s : *solutions) {
+      CHECK((s.center_camera_m - circle.center_m).norm() < 1e-6);
+      CHECK(s.covariance_m2.trace() > 0);
+      CHECK(std::sqrt(s.covariance_m2.trace()) < 0.05);
+    }
+  }
+}
+
+TEST_CASE("conic: the covariance is that of ellipses drawn from the fit's Gaussian") {
+  for (const double tilt : {15, 30, 45, 65})
+    for (const double depth : {1.6, 5.0}) {
+      const Circle circle = circle_at(200, 330, depth, tilt * deg, 2);
+      EllipseFit fit = exact(image_of(circle).value());
+      fit.covariance = correlated(fit.ellipse, 0.02);
+      const auto solutions = conic_pose(fit, camera, circle.radius_m);
+      REQUIRE(solutions);
+      for (const CircleSolution& s : *solutions) {
+        const Eigen::Matrix3d moment = monte_carlo(fit, s.center_camera_m, [&](const Ellipse& e) {
+          return nearer(*conic_pose(exact(e), camera, circle.radius_m),
+                        {s.center_camera_m, s.normal_camera, 0})
+              .center_camera_m;
+        });
+        INFO(tilt << " deg at " << depth << " m");
+        CHECK(relative_difference(s.covariance_m2, moment) < 0.05);
+      }
+    }
+}
+
+TEST_CASE("conic: the covariance is honest from facing the camera to steep") {
+  // mean of e^T C^-1 e over noisy measurements: 3 for a Gaussian error
+  std::mt19937 random(5);
+  for (const double tilt : {0, 1, 2, 4, 8, 15, 30, 60})
+    for (const double depth : {1.6, 5.0}) {
+      const Circle circle = circle_at(319.5, 239.5, depth, tilt * deg, 0.7);
+      const Ellipse ellipse = image_of(circle).value();
+      double sum = 0;
+      constexpr int draws = 2000;
+      for (int i = 0; i < draws; ++i) {
+        const auto solutions = conic_pose(measured(ellipse, 0.05, random), camera, circle.radius_m);
+        REQUIRE(solutions);
+        const CircleSolution& best = nearer(*solutions, circle);
+        const Eigen::Vector3d off_m = best.center_camera_m - circle.center_m;
+        sum += off_m.dot(best.covariance_m2.ldlt().solve(off_m));
+      }
+      INFO(tilt << " deg at " << depth << " m");
+      CHECK(sum / draws > 1.5);
+      CHECK(sum / draws < 4);
+    }
+}
+
+TEST_CASE("four_point: exact without tilt, all over the image") {
+  double worst_m = 0;
+  for_each_circle({0}, {1.6, 5}, [&](const Circle& circle, const Ellipse& ellipse) {
+    const auto solution = four_point_pose(exact(ellipse), camera, circle.radius_m);
+    REQUIRE(solution);
+    REQUIRE(solution->normal_camera.z() == Approx(-1));
+    worst_m = std::max(worst_m, (solution->center_camera_m - circle.center_m).norm());
+  });
+  CHECK(worst_m < 1e-6);
+}
+
+TEST_CASE("four_point: its error grows with tilt, the price of Assumption 1") {
+  // tilt in degrees, least and most error in m over the image at 1.6 m
+  const std::vector<std::array<double, 3>> expected{{5, 0.003, 0.015}, {15, 0.010, 0.050}, {30, 0.020, 0.11}};
+  for (const auto& [tilt, least_m, most_m] : expected)
+    for_each_circle({tilt}, {1.6},
+                    [&, least = least_m, most = most_m](const Circle& circle, const Ellipse& ellipse) {
+                      const auto solution = four_point_pose(exact(ellipse), camera, circle.radius_m);
+                      REQUIRE(solution);
+                      const double error_m = (solution->center_camera_m - circle.center_m).norm();
+                      REQUIRE(error_m > least);
+                      REQUIRE(error_m < most);
+                    });
+}
+
+TEST_CASE("four_point: the covariance is that of ellipses drawn from the fit's Gaussian") {
+  for (const double tilt : {0, 15, 30}) {
+    const Circle circle = circle_at(200, 330, 1.6, tilt * deg, 2);
+    EllipseFit fit = exact(image_of(circle).value());
+    fit.ellipse.a_px += 0.5;  // so that at tilt 0 too there is an alpha
+    fit.covariance = correlated(fit.ellipse, 0.02);
+    const auto solution = four_point_pose(fit, camera, circle.radius_m);
+    REQUIRE(solution);
+    const Eigen::Matrix3d moment = monte_carlo(fit, solution->center_camera_m, [&](const Ellipse& e) {
+      return four_point_pose(exact(e), camera, circle.radius_m)->center_camera_m;
+    });
+    INFO(tilt << " deg");
+    // solvePnP's residuals are not small where its model is wrong, and the covariance takes them to be
+    CHECK(relative_difference(solution->covariance_m2, moment) < 0.3);
+  }
+}
