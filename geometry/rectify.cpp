@@ -102,18 +102,27 @@ std::optional<Eigen::Vector2d> undistort(const CameraModel& camera, const Eigen:
 std::optional<Ellipse> distort(const CameraModel& camera, const Ellipse& rectified) {
   if (camera.distortion == Distortion::none && same(camera.given, camera.rectified)) return rectified;
   constexpr int samples = 64;  // an outline the lens bends by pixels is smooth: 64 points carry all of it
-  const Eigen::Vector2d origin = distort(camera, point_at({rectified.u_px, rectified.v_px, 0, 0, 0}, 0));
-  std::vector<cv::Point2f> outline;  // about the centre, so that single precision costs nothing
+  const Eigen::Vector2d origin_px = distort(camera, Eigen::Vector2d(rectified.u_px, rectified.v_px));
+  // least squares of A x^2 + B xy + C y^2 + D x + E y = 1, which has the origin inside
+  Eigen::Matrix<double, samples, 5> rows;
   for (int i = 0; i < samples; ++i) {
-    const Eigen::Vector2d p = distort(camera, point_at(rectified, 2 * pi * i / samples)) - origin;
-    if (!p.allFinite()) return std::nullopt;
-    outline.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+    const Eigen::Vector2d p =
+        (distort(camera, point_at(rectified, 2 * pi * i / samples)) - origin_px) / rectified.a_px;
+    rows.row(i) << p.x() * p.x(), p.x() * p.y(), p.y() * p.y(), p.x(), p.y();
   }
-  const cv::RotatedRect box =
-      cv::fitEllipseDirect(outline);  // OpenCV 4.6: angle is from +u to the width's side
-  const Ellipse fit = normalized({box.center.x + origin.x(), box.center.y + origin.y(), box.size.width / 2.0,
-                                  box.size.height / 2.0, box.angle * pi / 180});
-  return is_valid(fit) ? std::optional(fit) : std::nullopt;
+  const Eigen::Matrix<double, 5, 1> k =
+      rows.colPivHouseholderQr().solve(Eigen::Matrix<double, samples, 1>::Ones());
+  Eigen::Matrix3d conic;
+  conic << k[0], k[1] / 2, k[3] / 2,  //
+      k[1] / 2, k[2], k[4] / 2,       //
+      k[3] / 2, k[4] / 2, -1;
+  auto given = ellipse_from_conic(conic);
+  if (!given) return std::nullopt;
+  given->u_px = given->u_px * rectified.a_px + origin_px.x();
+  given->v_px = given->v_px * rectified.a_px + origin_px.y();
+  given->a_px *= rectified.a_px;
+  given->b_px *= rectified.a_px;
+  return given;
 }
 
 }  // namespace stevedore
