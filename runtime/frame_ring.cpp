@@ -93,31 +93,32 @@ class FileDescriptor {
 }
 
 // Relaxed atomic words in place of memcpy, so that a concurrent overwrite is a stale value and not a data
-// race.
-void copy_in(Word* shared, const std::uint8_t* from, std::size_t bytes) {
-  const std::size_t whole = bytes / sizeof(Word);
+// race. Compilers don't unroll loops over atomics: a cache line a turn comes near memcpy's speed.
+constexpr std::size_t line_words = line_bytes / sizeof(Word);
+
+void store_word(Word& shared, const std::uint8_t* from, std::size_t bytes = sizeof(Word)) {
   Word word = 0;
-  for (std::size_t i = 0; i < whole; ++i) {
-    std::memcpy(&word, from + i * sizeof(Word), sizeof(Word));
-    AtomicWord(shared[i]).store(word, std::memory_order_relaxed);
-  }
-  if (const std::size_t rest = bytes % sizeof(Word); rest != 0) {
-    word = 0;
-    std::memcpy(&word, from + whole * sizeof(Word), rest);
-    AtomicWord(shared[whole]).store(word, std::memory_order_relaxed);
-  }
+  std::memcpy(&word, from, bytes);
+  AtomicWord(shared).store(word, std::memory_order_relaxed);
+}
+
+void load_word(Word& shared, std::uint8_t* to, std::size_t bytes = sizeof(Word)) {
+  const Word word = AtomicWord(shared).load(std::memory_order_relaxed);
+  std::memcpy(to, &word, bytes);
+}
+
+void copy_in(Word* shared, const std::uint8_t* from, std::size_t bytes) {
+  for (; bytes >= line_bytes; bytes -= line_bytes, from += line_bytes, shared += line_words)
+    for (std::size_t i = 0; i < line_words; ++i) store_word(shared[i], from + i * sizeof(Word));
+  for (; bytes >= sizeof(Word); bytes -= sizeof(Word), from += sizeof(Word)) store_word(*shared++, from);
+  if (bytes > 0) store_word(*shared, from, bytes);
 }
 
 void copy_out(Word* shared, std::uint8_t* to, std::size_t bytes) {
-  const std::size_t whole = bytes / sizeof(Word);
-  for (std::size_t i = 0; i < whole; ++i) {
-    const Word word = AtomicWord(shared[i]).load(std::memory_order_relaxed);
-    std::memcpy(to + i * sizeof(Word), &word, sizeof(Word));
-  }
-  if (const std::size_t rest = bytes % sizeof(Word); rest != 0) {
-    const Word word = AtomicWord(shared[whole]).load(std::memory_order_relaxed);
-    std::memcpy(to + whole * sizeof(Word), &word, rest);
-  }
+  for (; bytes >= line_bytes; bytes -= line_bytes, to += line_bytes, shared += line_words)
+    for (std::size_t i = 0; i < line_words; ++i) load_word(shared[i], to + i * sizeof(Word));
+  for (; bytes >= sizeof(Word); bytes -= sizeof(Word), to += sizeof(Word)) load_word(*shared++, to);
+  if (bytes > 0) load_word(*shared, to, bytes);
 }
 
 }  // namespace
