@@ -43,15 +43,16 @@ struct DetectorSettings {
   double ami_i3_tolerance = 1e-6;
 
   // Post-processing.
-  double max_error = 0.1;        ///< eq. (4), the paper's value
-  bool use_hull = true;          ///< the convex-hull path, section 3.2
-  int min_contour_points = 16;   ///< perimeter of the smallest ellipse below: 2 pi 3 = 19, less a gap
-  double min_semi_axis_px = 3;   ///< below, a pixel's quantisation is a tenth of the axis and anything fits
-  double max_aspect = 5;         ///< a / b of a circle seen 78 degrees from its normal
-  double max_relative_size = 1;  ///< semi-major axis over the image's diagonal
+  double max_error = 0.1;       ///< eq. (4), the paper's value
+  bool use_hull = true;         ///< the convex-hull path, section 3.2
+  int min_contour_points = 16;  ///< perimeter of the smallest ellipse below: 2 pi 3 = 19, less a gap
+  double min_semi_axis_px = 3;  ///< below, a pixel's quantisation is a tenth of the axis and anything fits
+  double min_semi_axis_partial_px = 12;
+  double max_aspect = 5;             ///< a / b of a circle seen 78 degrees from its normal
+  double max_relative_size = 1;      ///< semi-major axis over the image's diagonal
   double support_distance_px = 1.5;  ///< an edge pixel is within 0.7 px of its edge; as much again for noise
   double min_coverage_whole = 0.7;
-  double min_coverage_partial = 0.5;
+  double min_coverage_partial = 0.4;
 
   // Several contours of one mark.
   double same_distance_px = 2.5;      ///< the two sides of an edge as Canny sees it are at most 2 px apart
@@ -76,6 +77,8 @@ void describe(DetectorSettings& s, Visitor& visit) {
   visit("use_hull", s.use_hull, "fit the convex hull of contours that fail the gate: partial ellipses");
   visit("min_contour_points", s.min_contour_points, 5, 10000, "px", "raise: short contours are left out");
   visit("min_semi_axis_px", s.min_semi_axis_px, 1.0, 1000.0, "px", "raise: small ellipses are left out");
+  visit("min_semi_axis_partial_px", s.min_semi_axis_partial_px, 1.0, 1000.0, "px",
+        "raise: fewer false ellipses from texture, small cut ones are left out");
   visit("max_aspect", s.max_aspect, 1.0, 100.0, "1", "raise: flatter ellipses are accepted");
   visit("max_relative_size", s.max_relative_size, 0.01, 100.0, "1",
         "raise: ellipses beyond the image are accepted");

@@ -27,9 +27,9 @@ Points convex_hull(const Points& points) {
   return hull;
 }
 
-bool plausible(const Ellipse& e, cv::Size image, const DetectorSettings& s) {
+bool plausible(const Ellipse& e, double min_semi_axis_px, cv::Size image, const DetectorSettings& s) {
   const double diagonal_px = std::hypot(image.width, image.height);
-  return e.b_px >= s.min_semi_axis_px && e.a_px <= s.max_aspect * e.b_px &&
+  return e.b_px >= min_semi_axis_px && e.a_px <= s.max_aspect * e.b_px &&
          e.a_px <= s.max_relative_size * diagonal_px && e.u_px > -diagonal_px && e.v_px > -diagonal_px &&
          e.u_px < image.width + diagonal_px && e.v_px < image.height + diagonal_px;
 }
@@ -60,7 +60,8 @@ std::optional<Detection> examine(const Contour& contour, cv::Size image, const D
   const Points& points = whole ? contour.points : hull;
 
   const auto ellipse = fit_ellipse(points);
-  if (!ellipse || !plausible(*ellipse, image, s)) return std::nullopt;
+  const double min_semi_axis_px = whole ? s.min_semi_axis_px : s.min_semi_axis_partial_px;
+  if (!ellipse || !plausible(*ellipse, min_semi_axis_px, image, s)) return std::nullopt;
 
   Detection d;
   d.kind = whole ? Kind::whole : Kind::partial;

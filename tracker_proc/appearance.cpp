@@ -31,6 +31,9 @@ constexpr double kLargestLikeness = 0.5;
 constexpr double kFarthestRadii = 2.0;
 constexpr double kSizeRatio = 2.0;
 
+// Pixels on the edge are a mixture and belong to neither side.
+constexpr double kEdgePx = 2.0;
+
 // A histogram of fewer pixels than bins says nothing.
 constexpr int kLeastPixels = kBins;
 
@@ -58,6 +61,10 @@ cv::Mat mask_of(const Ellipse& e, const cv::Rect& part) {
   return mask;
 }
 
+Ellipse enlarged(const Ellipse& e, double by_px) {
+  return {e.u_px, e.v_px, e.a_px + by_px, e.b_px + by_px, e.alpha_rad};
+}
+
 cv::Mat histogram_of(const cv::Mat& features, const cv::Mat& mask) {
   cv::Mat histogram;
   const int channel = 0, bins = kBins;
@@ -75,7 +82,8 @@ cv::Mat back_projection(const cv::Mat& features, const cv::Mat& histogram) {
   const int channel = 0;
   const float range[] = {0, kHues + kGreys};
   const float* ranges[] = {range};
-  cv::calcBackProject(&features, 1, &channel, histogram, probability, ranges, 255 / largest);
+  cv::calcBackProject(&features, 1, &channel, histogram, probability, ranges,
+                      largest > 0 ? 255 / largest : 0);
   return probability;
 }
 
@@ -137,13 +145,19 @@ cv::Mat updated_histogram(const cv::Mat& histogram, const cv::Mat& of_this_frame
 
 void Appearance::learn(const cv::Mat& image, const Ellipse& target) {
   if (!is_usable(image)) return;
-  const cv::Rect part = tangent_rectangle(target, image.size());
+  const cv::Rect part = grown(tangent_rectangle(target, image.size()), kSearchedWindows, image.size());
   if (part.empty()) return;
-  const cv::Mat mask = mask_of(target, part);
-  if (cv::countNonZero(mask) < kLeastPixels) return;
-  const cv::Mat of_this_frame = histogram_of(feature_image(image(part)), mask);
+  const cv::Mat inside = mask_of(target, part);
+  const cv::Mat outside = ~mask_of(enlarged(target, kEdgePx), part);
+  if (cv::countNonZero(inside) < kLeastPixels || cv::countNonZero(outside) < kLeastPixels) return;
+  const cv::Mat features = feature_image(image(part));
   const bool first = histogram_.empty() || channels_ != image.channels();
-  histogram_ = first ? of_this_frame : updated_histogram(histogram_, of_this_frame, weight_);
+  const auto learn_one = [&](cv::Mat& histogram, const cv::Mat& mask) {
+    const cv::Mat now = histogram_of(features, mask);
+    histogram = first ? now : updated_histogram(histogram, now, weight_);
+  };
+  learn_one(histogram_, inside);
+  learn_one(surroundings_, outside);
   channels_ = image.channels();
 }
 
@@ -155,7 +169,8 @@ WindowSearch Appearance::find(const cv::Mat& image, const Ellipse& expected) con
   if (start.empty()) return {std::nullopt, "the target has left the image"};
 
   const cv::Rect part = grown(start, kSearchedWindows, image.size());
-  const cv::Mat probability = back_projection(feature_image(image(part)), histogram_);
+  const cv::Mat probability =
+      back_projection(feature_image(image(part)), cv::max(histogram_ - surroundings_, 0));
   start -= part.tl();
   // A pixel of movement is far below the gate; mean shift needs a step for each half window of movement.
   const cv::RotatedRect box =

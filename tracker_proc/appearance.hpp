@@ -34,18 +34,21 @@ class Appearance {
   /// nothing.
   void learn(const cv::Mat& image, const Ellipse& target);
 
-  /// Steps 1, 3 and 4 in the next frame, starting from where the target is expected.
+  /// Steps 1, 3 and 4 in the next frame, starting from where the target is expected. What is projected back
+  /// is how much more of a bin the target has than its surroundings: all of h_k for white on black, but only
+  /// the paint of a thin ring, most of whose area is the ground that lies around it as well.
   [[nodiscard]] WindowSearch find(const cv::Mat& image, const Ellipse& expected) const;
 
   void forget() { histogram_.release(); }
 
-  /// Shares of the bins, sum 1; empty before the first learn().
+  /// The paper's h_k: shares of the bins, sum 1; empty before the first learn().
   [[nodiscard]] const cv::Mat& histogram() const { return histogram_; }
 
  private:
   double weight_;
   cv::Mat histogram_;
-  int channels_ = 0;  ///< of the frames it was learned from
+  cv::Mat surroundings_;  ///< the same of what is around the target
+  int channels_ = 0;      ///< of the frames it was learned from
 };
 
 }  // namespace stevedore

@@ -35,6 +35,9 @@ void move_by(Detection& d, const Eigen::Vector2d& shift_px) {
   if (d.inner) move_by(d.inner->ellipse, shift_px);
 }
 
+constexpr const char* kAtWindow = "the CAMShift window";
+constexpr const char* kByMotion = "the place its motion leads to";
+
 std::string number(double value, int decimals = 0) {
   char text[32];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);
@@ -66,7 +69,7 @@ std::string why_not(const Expected& around, const std::string& place, const std:
   const auto distance = [&](const Ellipse& e) { return (centre_of(e) - centre).norm(); };
   const Ellipse& nearest = *std::min_element(ellipses.begin(), ellipses.end(),
                                              [&](auto& x, auto& y) { return distance(x) < distance(y); });
-  const double gate = gate_px(around.ellipse, centre_of(nearest), gates);
+  const double gate = gate_px(around, centre_of(nearest), gates);
   if (distance(nearest) > gate)
     return "nearest ellipse to " + place + " is " + number(distance(nearest)) + " px away, gate " +
            number(gate) + " px";
@@ -79,13 +82,23 @@ std::string why_not(const Expected& around, const std::string& place, const std:
 
 }  // namespace
 
-/// Where the target is looked for among this frame's ellipses.
+/// Where the target is looked for among this frame's ellipses: where its motion leads to and, if CAMShift's
+/// window is usable, there.
 struct Tracker::TargetSearch {
-  Expected expected;
   std::optional<Ellipse> window;
-  std::string place;    ///< what `expected` is centred on, in words
-  std::string remark;   ///< why it is not CAMShift's window; empty: it is
+  Expected by_motion;
+  std::optional<Expected> by_window;
+  std::string fault;    ///< why the window is of no use; empty: it is, or there was no search
   std::string failure;  ///< why no ellipse is the target, should none be
+
+  /// How the ellipse that is the target was found, in words.
+  [[nodiscard]] std::string found_by(const Ellipse& ellipse) const {
+    const auto away = [&](const Expected& e) { return (centre_of(ellipse) - centre_of(e.ellipse)).norm(); };
+    if (by_window && away(*by_window) <= away(by_motion))
+      return number(away(*by_window)) + " px from " + kAtWindow;
+    const std::string why = by_window ? number(away(*by_window)) + " px from " + kAtWindow : fault;
+    return number(away(by_motion)) + " px from " + kByMotion + "; " + why;
+  }
 };
 
 Tracker::Tracker(const TrackerSettings& settings, std::int64_t first_id)
@@ -125,7 +138,7 @@ TrackerResult Tracker::step(double time_s, const cv::Mat& image, const std::vect
   predict(dt_s);
   TrackerResult result;
   result.tracks = forget_unseen();
-  const TargetSearch search = search_target(image, detections);
+  const auto search = search_target(image, detections);
   continue_tracks(search, detections, dt_s);
   if (!target_id_) take_up_target();
   if (const Track* target = find(target_id_); target && target->detection_index >= 0)
@@ -171,34 +184,24 @@ std::vector<Track> Tracker::forget_unseen() {
   return lost;
 }
 
-/// Algorithm 2: CAMShift's window, and around it the place where the nearest ellipse is looked for. Where the
-/// window is of no use, or no ellipse is near it, the place is the one the target's motion leads to.
-Tracker::TargetSearch Tracker::search_target(const cv::Mat& image,
-                                             const std::vector<Detection>& detections) const {
-  TargetSearch search;
+/// Algorithm 2 up to its step 5, which is the association.
+std::optional<Tracker::TargetSearch> Tracker::search_target(const cv::Mat& image,
+                                                            const std::vector<Detection>& detections) const {
   const Track* target = find(target_id_);
-  if (!target) return search;
-  search.expected = {target->detection.outer.ellipse, target->unseen_s};
-  search.place = "the place its motion leads to";
-  const std::vector<Ellipse> ellipses = usable(detections).ellipses;
-  const WindowSearch by_look = appearance_.find(image, search.expected.ellipse);
-  search.window = by_look.window;
-  search.remark = by_look.fault;
-  if (by_look.window && by_look.fault.empty()) {
-    Expected at_window = search.expected;
-    move_by(at_window.ellipse, centre_of(*by_look.window) - centre_of(at_window.ellipse));
-    const auto near_window = [&](const Ellipse& e) { return may_be(at_window, e, gates()); };
-    if (std::any_of(ellipses.begin(), ellipses.end(), near_window)) {
-      search.expected = at_window;
-      search.place = "the CAMShift window";
-    } else {
-      search.failure = why_not(at_window, "the CAMShift window", ellipses, gates());
-      search.remark = search.failure;
-      return search;
-    }
+  if (!target) return std::nullopt;
+  TargetSearch search;
+  search.by_motion.ellipse = target->detection.outer.ellipse;
+  search.by_motion.unseen_s = target->unseen_s;
+  auto [window, fault] = appearance_.find(image, search.by_motion.ellipse);
+  search.window = window;
+  search.fault = fault;
+  if (fault.empty()) {
+    search.by_window = search.by_motion;
+    move_by(search.by_window->ellipse, centre_of(*window) - centre_of(search.by_motion.ellipse));
   }
-  search.failure = why_not(search.expected, search.place, ellipses, gates());
-  if (!search.remark.empty()) search.failure += "; " + search.remark;
+  const std::vector<Ellipse> ellipses = usable(detections).ellipses;
+  search.failure = fault.empty() ? why_not(*search.by_window, kAtWindow, ellipses, gates())
+                                 : why_not(search.by_motion, kByMotion, ellipses, gates()) + "; " + fault;
   return search;
 }
 
@@ -220,14 +223,17 @@ void Tracker::measure(Followed& followed, const Detection& detection, int index,
 }
 
 /// Each track gets at most one ellipse and the rest become new tracks.
-void Tracker::continue_tracks(const TargetSearch& search, const std::vector<Detection>& detections,
-                              double dt_s) {
+void Tracker::continue_tracks(const std::optional<TargetSearch>& search,
+                              const std::vector<Detection>& detections, double dt_s) {
   std::vector<Expected> expected;
-  for (const auto& [track, has_velocity] : followed_)
-    expected.push_back(track.id == target_id_ ? search.expected
-                                              : Expected{track.detection.outer.ellipse, track.unseen_s});
+  for (std::size_t i = 0; i < followed_.size(); ++i) {
+    const Track& track = followed_[i].track;
+    expected.push_back({i, track.detection.outer.ellipse, track.unseen_s});
+    if (search && search->by_window && track.id == target_id_)
+      expected.push_back({i, search->by_window->ellipse, track.unseen_s});
+  }
   const Found found = usable(detections);
-  const auto match = associate(expected, found.ellipses, gates());
+  const auto match = associate(followed_.size(), expected, found.ellipses, gates());
 
   std::vector<bool> taken(found.index.size(), false);
   for (std::size_t i = 0; i < match.size(); ++i) {
@@ -296,22 +302,24 @@ std::string Tracker::searching_reason() const {
   return {};
 }
 
-Target Tracker::target_state(const TargetSearch& search) const {
-  if (!target_id_) return {std::nullopt, TrackStatus::searching, searching_reason(), std::nullopt};
+Target Tracker::target_state(const std::optional<TargetSearch>& search) const {
+  Target target;
+  target.id = target_id_;
+  if (search) target.window = search->window;
   const Track* track = find(target_id_);
-  if (!track)
-    return {target_id_, TrackStatus::lost, "not seen for " + number(settings_.memory_s, 1) + " s",
-            std::nullopt};
-  if (track->detection_index < 0) {
-    const std::string reason = search.failure.empty() ? "not seen in this frame" : search.failure;
-    return {target_id_, TrackStatus::predicted, reason, search.window};
+  if (!target_id_) {
+    target.reason = searching_reason();
+  } else if (!track) {
+    target.status = TrackStatus::lost;
+    target.reason = "not seen for " + number(settings_.memory_s, 1) + " s";
+  } else if (track->detection_index < 0) {
+    target.status = TrackStatus::predicted;
+    target.reason = search ? search->failure : "not seen in this frame";
+  } else {
+    target.status = TrackStatus::tracking;
+    target.reason = search ? search->found_by(track->detection.outer.ellipse) : "taken up in this frame";
   }
-  if (search.place.empty())
-    return {target_id_, TrackStatus::tracking, "taken up in this frame", std::nullopt};
-  const double away = (centre_of(track->detection.outer.ellipse) - centre_of(search.expected.ellipse)).norm();
-  std::string reason = number(away) + " px from " + search.place;
-  if (!search.remark.empty()) reason += "; " + search.remark;
-  return {target_id_, TrackStatus::tracking, reason, search.window};
+  return target;
 }
 
 AssociationGates Tracker::gates() const {

@@ -18,8 +18,9 @@ struct TrackerSettings {
   double histogram_weight = 0.95;  // the paper's w
   double memory_s = 1.0;           // a hand or the hook's rope passes in less
   double gate_radii = 1.0;         // half of the way to a touching neighbour of the same size
-  double size_ratio_gate = 1.3;    // 2 m above a circle, 10 Hz, 1 m/s: 1.05; the rest is for poor fits
-  double velocity_time_s = 0.15;   // some frames: 0.3 px of noise at 30 Hz become 6 px/s
+  double size_ratio_gate =
+      1.2;  // 2 m above a circle at 10 Hz and 1 m/s: 1.05; the two edges of a ring: 1.25 and more
+  double velocity_time_s = 0.15;  // some frames: 0.3 px of noise at 30 Hz become 6 px/s
 };
 
 template <class Visitor>
@@ -93,15 +94,17 @@ class Tracker {
   double advance_clock(double time_s);
   void predict(double dt_s);
   std::vector<Track> forget_unseen();
-  TargetSearch search_target(const cv::Mat& image, const std::vector<Detection>& detections) const;
+  std::optional<TargetSearch> search_target(const cv::Mat& image,
+                                            const std::vector<Detection>& detections) const;
   void measure(Followed& followed, const Detection& detection, int index, double dt_s) const;
-  void continue_tracks(const TargetSearch& search, const std::vector<Detection>& detections, double dt_s);
+  void continue_tracks(const std::optional<TargetSearch>& search, const std::vector<Detection>& detections,
+                       double dt_s);
   void take_up_target();
   [[nodiscard]] const Track* find(std::optional<std::int64_t> id) const;
   [[nodiscard]] const Track* nearest_to(const Eigen::Vector2d& pixel) const;
   [[nodiscard]] const Track* first_circle() const;
   [[nodiscard]] std::string searching_reason() const;
-  [[nodiscard]] Target target_state(const TargetSearch& search) const;
+  [[nodiscard]] Target target_state(const std::optional<TargetSearch>& search) const;
   [[nodiscard]] AssociationGates gates() const;
 
   TrackerSettings settings_;

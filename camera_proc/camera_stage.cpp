@@ -1,0 +1,72 @@
+#include "camera_proc/camera_stage.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <exception>
+#include <thread>
+
+namespace stevedore {
+namespace {
+
+constexpr const char* ring_name = "camera";
+
+int8_t to_message(CameraStatus::State state) {
+  switch (state) {
+    case CameraStatus::State::ok:
+      return health_t::STATE_OK;
+    case CameraStatus::State::degraded:
+      return health_t::STATE_DEGRADED;
+    case CameraStatus::State::failed:
+      return health_t::STATE_FAILED;
+    case CameraStatus::State::finished:
+      return health_t::STATE_FINISHED;
+  }
+  return health_t::STATE_FAILED;
+}
+
+}  // namespace
+
+CameraStage::CameraStage(const CameraSettings& settings, const std::optional<CameraModel>& camera, Bus& bus)
+    : settings_(settings), bus_(bus), camera_(settings) {
+  if (camera) maps_ = make_rectify_maps(*camera);
+}
+
+Condition CameraStage::work() {
+  if (const auto frame = camera_.next()) send(*frame);
+  std::this_thread::sleep_for(std::chrono::microseconds(camera_.wait_us()));
+  const CameraStatus status = camera_.status();
+  if (refusal_) return {health_t::STATE_FAILED, *refusal_};
+  const CameraCounts counts = camera_.counts();
+  std::string message = status.message;
+  if (counts.unreadable > 0) message += fmt::format("; {} unreadable", counts.unreadable);
+  if (counts.late_ticks > 0)
+    message += fmt::format("; {} frames left out because this process was late", counts.late_ticks);
+  return {to_message(status.state), message};
+}
+
+void CameraStage::send(const CameraFrame& frame) {
+  frame_t message{};
+  message.header.utime = frame.capture_utime;
+  message.header.frame_seq = frame_seq_++;
+  refusal_ = put_pixels(rectify(frame.pixels, maps_), message);
+  if (!refusal_) bus_.publish(channels::frame, message);
+}
+
+std::optional<std::string> CameraStage::put_pixels(const cv::Mat& pixels, frame_t& message) {
+  try {
+    if (settings_.transport == "ring") {
+      if (!ring_) ring_.emplace(ring_name, settings_.ring_slots, pixels.total() * pixels.elemSize());
+      ring_->write(pixels, message);
+      return std::nullopt;
+    }
+    if (settings_.transport == "jpeg") encode_jpeg(pixels, message, settings_.jpeg_quality);
+    if (settings_.transport == "png") encode_png(pixels, message);
+    if (settings_.transport == "raw") encode_raw(pixels, message);
+    return inline_refusal(message.data.size());
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+}  // namespace stevedore

@@ -1,0 +1,68 @@
+#include "lcmtypes/convert.hpp"
+
+#include <Eigen/Core>
+
+namespace stevedore {
+namespace {
+
+using RowMajorCovariance = Eigen::Matrix<double, 5, 5, Eigen::RowMajor>;
+
+ellipse_shape_t to_message(const EllipseFit& fit) {
+  ellipse_shape_t message{};
+  message.u_px = fit.ellipse.u_px;
+  message.v_px = fit.ellipse.v_px;
+  message.a_px = fit.ellipse.a_px;
+  message.b_px = fit.ellipse.b_px;
+  message.alpha_rad = fit.ellipse.alpha_rad;
+  Eigen::Map<RowMajorCovariance>(message.covariance) = fit.covariance;
+  return message;
+}
+
+EllipseFit from_message(const ellipse_shape_t& message) {
+  return {{message.u_px, message.v_px, message.a_px, message.b_px, message.alpha_rad},
+          Eigen::Map<const RowMajorCovariance>(message.covariance)};
+}
+
+}  // namespace
+
+ellipse_t to_message(const Detection& detection) {
+  ellipse_t message{};
+  message.outer = to_message(detection.outer);
+  message.has_inner = detection.inner.has_value();
+  if (detection.inner) message.inner = to_message(*detection.inner);
+  message.error = detection.error;
+  message.coverage = detection.coverage;
+  message.kind = detection.kind == Kind::whole ? ellipse_t::KIND_WHOLE : ellipse_t::KIND_PARTIAL;
+  switch (detection.label) {
+    case Label::unknown:
+      message.label = ellipse_t::LABEL_UNKNOWN;
+      break;
+    case Label::circle:
+      message.label = ellipse_t::LABEL_CIRCLE;
+      break;
+    case Label::cargo:
+      message.label = ellipse_t::LABEL_CARGO;
+      break;
+  }
+  message.occupied = !detection.occupied   ? ellipse_t::OCCUPIED_UNKNOWN
+                     : *detection.occupied ? ellipse_t::OCCUPIED_YES
+                                           : ellipse_t::OCCUPIED_NO;
+  return message;
+}
+
+Detection from_message(const ellipse_t& message) {
+  Detection detection;
+  detection.outer = from_message(message.outer);
+  if (message.has_inner) detection.inner = from_message(message.inner);
+  detection.error = message.error;
+  detection.coverage = message.coverage;
+  detection.kind = message.kind == ellipse_t::KIND_WHOLE ? Kind::whole : Kind::partial;
+  detection.label = message.label == ellipse_t::LABEL_CIRCLE  ? Label::circle
+                    : message.label == ellipse_t::LABEL_CARGO ? Label::cargo
+                                                              : Label::unknown;
+  if (message.occupied != ellipse_t::OCCUPIED_UNKNOWN)
+    detection.occupied = message.occupied == ellipse_t::OCCUPIED_YES;
+  return detection;
+}
+
+}  // namespace stevedore

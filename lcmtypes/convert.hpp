@@ -1,0 +1,15 @@
+// Between the vision code's types and the messages' types, for what several stages exchange.
+#pragma once
+
+#include <stevedore/ellipse_t.hpp>
+
+#include "geometry/detection.hpp"
+
+namespace stevedore {
+
+ellipse_t to_message(const Detection& detection);
+
+/// The message must have passed fault_of.
+Detection from_message(const ellipse_t& message);
+
+}  // namespace stevedore

@@ -1,0 +1,130 @@
+// What is in view, which of it is wanted, and what is wrong. The full mission (phases, load and drop) is
+// built on this.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/detection.hpp"
+
+namespace stevedore {
+
+struct MissionSettings {
+  double min_coverage = 0.6;
+  int min_age_frames = 3;
+  double give_up_s = 1.0;
+  double out_of_view_s = 1.0;
+  double stale_s = 0.5;
+  double vehicle_silent_s = 0.5;
+};
+
+template <class Visitor>
+void describe(MissionSettings& s, Visitor& visit) {
+  visit(
+      "min_coverage", s.min_coverage, 0.0, 1.0, "1",
+      "edge that a circle must show to be chosen as a target; raise: hidden and cut circles are not chosen");
+  visit("min_age_frames", s.min_age_frames, 1, 1000, "frames",
+        "frames that a mark must have been followed to be chosen; raise: later, but no flicker is chosen");
+  visit("give_up_s", s.give_up_s, 0.0, 60.0, "s",
+        "time without a target before another is chosen; raise: more patient");
+  visit("out_of_view_s", s.out_of_view_s, 0.0, 60.0, "s", "time without any mark before it is an emergency");
+  visit("stale_s", s.stale_s, 0.05, 60.0, "s", "age of the newest POSES at which vision counts as stale");
+  visit("vehicle_silent_s", s.vehicle_silent_s, 0.05, 60.0, "s",
+        "silence of VEHICLE_STATE that is told by TIMEOUT");
+}
+
+/// A mark as the mission sees it, one of a frame's POSES.
+struct Mark {
+  int64_t track_id = -1;
+  Label label = Label::unknown;
+  bool measured = false;  ///< in this frame; else predicted
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
+  double semi_major_px = 0;
+  double coverage = 0;
+  int age_frames = 0;
+  std::optional<double> range_m;  ///< from the camera
+};
+
+enum class TargetStatus { searching, tracking, predicted, lost };
+
+/// One frame's view.
+struct View {
+  double time_s = 0;
+  std::vector<Mark> marks;
+  std::optional<int64_t> target_id;  ///< that the tracker follows
+  TargetStatus target_status = TargetStatus::searching;
+};
+
+struct Candidate {
+  Mark mark;
+  bool eligible = false;
+  bool chosen = false;
+  double cost =
+      0;  ///< the lowest wins; range in metres if known for all, else the inverse of the size in pixels
+  std::string reason;
+};
+
+enum class Emergency { all_out_of_view, target_lost, vision_stale };
+
+struct RaisedEmergency {
+  Emergency kind;
+  double since_s = 0;
+  std::string cause;
+};
+
+enum class Phase { search, approach, hold, abort };
+
+/// What the tracker is to follow. The same choice keeps its number.
+struct Wanted {
+  int64_t choice = 0;
+  int64_t track_id = -1;
+  Eigen::Vector2d last_seen_px = Eigen::Vector2d::Zero();
+};
+
+struct Decision {
+  Phase phase = Phase::search;
+  double phase_since_s = 0;
+  std::optional<Wanted> wanted;
+  std::vector<Candidate> candidates;
+  std::vector<RaisedEmergency> emergencies;
+  std::string reason;
+};
+
+class Mission {
+ public:
+  explicit Mission(const MissionSettings& settings) : settings_(settings) {}
+
+  /// A new frame's marks.
+  void see(const View& view);
+  /// Time goes on, whether vision does or not: the newest message's time.
+  void tick(double time_s);
+
+  void hold();
+  void resume();
+  void abort();
+  /// The operator wants this one.
+  void choose(int64_t track_id);
+
+  [[nodiscard]] const Decision& decision() const { return decision_; }
+
+ private:
+  void weigh_candidates(const View& view);
+  void follow(const Mark& mark, const std::string& reason);
+  void set_phase(Phase phase);
+  void set_emergency(Emergency kind, bool present, const std::string& cause);
+
+  const MissionSettings settings_;
+  Decision decision_;
+  double time_s_ = 0;
+  std::optional<double> vision_time_s_;  ///< of the newest view, or of the first message
+  double mark_time_s_ = 0;               ///< a circle or cargo was measured, or the first message
+  double target_time_s_ = 0;             ///< the target was measured, or wanted
+  int64_t last_choice_ = 0;
+  std::optional<int64_t> operators_choice_;  ///< not yet in view
+};
+
+}  // namespace stevedore

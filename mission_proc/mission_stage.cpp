@@ -1,0 +1,218 @@
+#include "mission_proc/mission_stage.hpp"
+
+#include <cmath>
+
+#include <Eigen/Core>
+
+namespace stevedore {
+namespace {
+
+constexpr int64_t repeat_us = 500'000;  // 2 Hz
+
+Label label_of(int8_t label) {
+  return label == ellipse_t::LABEL_CIRCLE  ? Label::circle
+         : label == ellipse_t::LABEL_CARGO ? Label::cargo
+                                           : Label::unknown;
+}
+
+int8_t to_message(Label label) {
+  return label == Label::circle  ? ellipse_t::LABEL_CIRCLE
+         : label == Label::cargo ? ellipse_t::LABEL_CARGO
+                                 : ellipse_t::LABEL_UNKNOWN;
+}
+
+TargetStatus status_of(int8_t status) {
+  switch (status) {
+    case track_t::STATUS_TRACKING:
+      return TargetStatus::tracking;
+    case track_t::STATUS_PREDICTED:
+      return TargetStatus::predicted;
+    case track_t::STATUS_LOST:
+      return TargetStatus::lost;
+    default:
+      return TargetStatus::searching;
+  }
+}
+
+View to_view(const poses_t& poses) {
+  View view;
+  view.time_s = static_cast<double>(poses.header.utime) * 1e-6;
+  if (poses.target_id >= 0) view.target_id = poses.target_id;
+  view.target_status = status_of(poses.target_status);
+  for (const pose_t& pose : poses.poses) {
+    Mark mark;
+    mark.track_id = pose.track_id;
+    mark.label = label_of(pose.label);
+    mark.measured = pose.status == track_t::STATUS_TRACKING;
+    mark.center_px = {pose.u_px, pose.v_px};
+    mark.semi_major_px = pose.a_px;
+    mark.coverage = pose.coverage;
+    mark.age_frames = pose.age_frames;
+    if (pose.solution_count > 0) {
+      mark.range_m = Eigen::Map<const Eigen::Vector3d>(pose.solutions[0].center_camera_m).norm();
+    }
+    view.marks.push_back(mark);
+  }
+  return view;
+}
+
+int8_t to_message(Phase phase) {
+  switch (phase) {
+    case Phase::search:
+      return mission_t::PHASE_SEARCH;
+    case Phase::approach:
+      return mission_t::PHASE_APPROACH;
+    case Phase::hold:
+      return mission_t::PHASE_HOLD;
+    case Phase::abort:
+      return mission_t::PHASE_ABORT;
+  }
+  return mission_t::PHASE_ABORT;
+}
+
+int16_t to_message(Emergency kind) {
+  switch (kind) {
+    case Emergency::all_out_of_view:
+      return emergency_t::KIND_ALL_OUT_OF_VIEW;
+    case Emergency::target_lost:
+      return emergency_t::KIND_TARGET_LOST;
+    case Emergency::vision_stale:
+      return emergency_t::KIND_VISION_STALE;
+  }
+  return emergency_t::KIND_VISION_STALE;
+}
+
+/// Vision that is gone is got back from higher up; a target alone is looked for where the aircraft is.
+int8_t advised_action(Emergency kind) {
+  return kind == Emergency::target_lost ? mission_t::ACTION_HOVER : mission_t::ACTION_CLIMB;
+}
+
+candidate_t to_message(const Candidate& candidate) {
+  candidate_t message{};
+  message.track_id = candidate.mark.track_id;
+  message.platform = message.slot = -1;
+  message.label = to_message(candidate.mark.label);
+  message.eligible = candidate.eligible;
+  message.chosen = candidate.chosen;
+  message.cost = candidate.cost;
+  message.reason = candidate.reason;
+  return message;
+}
+
+emergency_t to_message(const RaisedEmergency& emergency, double time_s) {
+  emergency_t message{};
+  message.kind = to_message(emergency.kind);
+  message.cause = emergency.cause;
+  message.age_s = std::max(0.0, time_s - emergency.since_s);
+  message.confidence = 1;
+  message.advised_action = advised_action(emergency.kind);
+  return message;
+}
+
+void set_target(mission_t& mission, const pose_t& pose) {
+  mission.has_target_level = pose.has_level;
+  for (int i = 0; i < 3; ++i) mission.target_level_m[i] = pose.center_level_m[i];
+  if (pose.solution_count > 0) {
+    for (int i = 0; i < 9; ++i) mission.target_level_covariance_m2[i] = pose.solutions[0].covariance_m2[i];
+  }
+  mission.target_age_s = pose.status == track_t::STATUS_TRACKING ? 0 : -1;
+}
+
+}  // namespace
+
+MissionStage::MissionStage(const MissionSettings& settings, Bus& bus) : bus_(bus), mission_(settings) {
+  bus_.subscribe<poses_t>(channels::poses, [this](const poses_t& m) { on_poses(m); });
+  bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
+                                  [this](const vehicle_state_t& m) { on_clock(m.header); });
+  bus_.subscribe<timeout_t>(channels::timeout, [this](const timeout_t& m) { on_clock(m.header); });
+  bus_.subscribe<mission_command_t>(channels::mission_command,
+                                    [this](const mission_command_t& m) { on_command(m); });
+}
+
+void MissionStage::on_poses(const poses_t& poses) {
+  mission_.see(to_view(poses));
+  publish_track_command(poses.header);
+  publish_mission(poses.header, &poses);
+}
+
+void MissionStage::on_clock(const header_t& header) {
+  mission_.tick(static_cast<double>(header.utime) * 1e-6);
+  std::vector<Emergency> raised;
+  for (const auto& emergency : mission_.decision().emergencies) raised.push_back(emergency.kind);
+  const bool repeat = !raised.empty() && header.utime - mission_utime_ >= repeat_us;
+  if (raised == told_ && !repeat) return;
+  header_t cause{};
+  cause.utime = header.utime;
+  cause.frame_seq = -1;
+  publish_mission(cause, nullptr);
+}
+
+void MissionStage::on_command(const mission_command_t& command) {
+  switch (command.command) {
+    case mission_command_t::COMMAND_START:
+    case mission_command_t::COMMAND_RESUME:
+      return mission_.resume();
+    case mission_command_t::COMMAND_HOLD:
+      return mission_.hold();
+    case mission_command_t::COMMAND_ABORT:
+      return mission_.abort();
+    case mission_command_t::COMMAND_CHOOSE:
+      return mission_.choose(command.track_id);
+    default:
+      return;  // fault_of lets no other through
+  }
+}
+
+void MissionStage::publish_track_command(const header_t& cause) {
+  const auto& wanted = mission_.decision().wanted;
+  const int64_t choice = wanted ? wanted->choice : 0;
+  if (choice == commanded_choice_ && cause.utime - command_utime_ < repeat_us) return;
+  if (!wanted && commanded_choice_ <= 0) return;  // nothing was ever wanted
+  track_command_t command{};
+  command.header.utime = cause.utime;
+  command.header.frame_seq = cause.frame_seq;
+  command.action = wanted ? track_command_t::ACTION_BY_ID : track_command_t::ACTION_RELEASE;
+  command.choice = choice;
+  command.id = wanted ? wanted->track_id : -1;
+  command.u_px = wanted ? wanted->last_seen_px.x() : -1;
+  command.v_px = wanted ? wanted->last_seen_px.y() : -1;
+  commanded_choice_ = choice;
+  command_utime_ = cause.utime;
+  bus_.publish(channels::track_command, command);
+}
+
+void MissionStage::publish_mission(const header_t& cause, const poses_t* poses) {
+  const Decision& decision = mission_.decision();
+  const double time_s = static_cast<double>(cause.utime) * 1e-6;
+  mission_t mission{};
+  mission.header.utime = cause.utime;
+  mission.header.frame_seq = cause.frame_seq;
+  mission.phase = to_message(decision.phase);
+  mission.phase_utime = std::llround(decision.phase_since_s * 1e6);
+  mission.action = decision.phase == Phase::approach ? mission_t::ACTION_GO_TO : mission_t::ACTION_HOVER;
+  mission.target_id = decision.wanted ? decision.wanted->track_id : -1;
+  mission.target_status = poses ? poses->target_status : track_t::STATUS_LOST;
+  mission.target_platform = mission.target_slot = -1;
+  mission.target_age_s = -1;
+  mission.reason = decision.reason;
+  for (const Candidate& candidate : decision.candidates) mission.candidates.push_back(to_message(candidate));
+  mission.candidate_count = static_cast<int16_t>(mission.candidates.size());
+  told_.clear();
+  for (const RaisedEmergency& emergency : decision.emergencies) {
+    mission.emergencies.push_back(to_message(emergency, time_s));
+    told_.push_back(emergency.kind);
+  }
+  mission.emergency_count = static_cast<int16_t>(mission.emergencies.size());
+  if (poses) {
+    for (const pose_t& pose : poses->poses) {
+      const bool measured = pose.status == track_t::STATUS_TRACKING;
+      if (measured && pose.label == ellipse_t::LABEL_CIRCLE) ++mission.circles_in_view;
+      if (measured && pose.label == ellipse_t::LABEL_CARGO) ++mission.cargoes_in_view;
+      if (pose.track_id == mission.target_id) set_target(mission, pose);
+    }
+  }
+  mission_utime_ = cause.utime;
+  bus_.publish(channels::mission, mission);
+}
+
+}  // namespace stevedore

@@ -1,0 +1,59 @@
+#include "runtime/lcm_bus.hpp"
+
+#include <lcm/lcm-cpp.hpp>
+#include <random>
+
+#include "runtime/time.hpp"
+
+namespace stevedore {
+namespace {
+
+/// One a start: two publishers of a channel, or one that came back, can be told apart.
+int64_t draw_run_id() {
+  std::random_device device;
+  return static_cast<int64_t>((uint64_t{device()} << 32 | device()) >> 1);
+}
+
+/// LCM drops from the end of a full queue without a word. Ten seconds of the fastest channel: what is dropped
+/// later shows as a gap.
+constexpr int queue_capacity = 1024;
+
+/// Longest run of messages handled before the caller gets a turn (stop signals, HEALTH).
+constexpr int most_at_once = 4096;
+
+}  // namespace
+
+LcmBus::LcmBus(const std::string& url) : Bus(draw_run_id()), lcm_(std::make_unique<::lcm::LCM>(url)) {
+  if (!lcm_->good()) {
+    throw std::runtime_error(
+        "LCM can't open " + url +
+        "; is there a multicast route? `ip route add 224.0.0.0/4 dev lo` as root, or start "
+        "through launch/netns; `doctor` tells more");
+  }
+}
+
+LcmBus::~LcmBus() = default;
+
+void LcmBus::handle(int timeout_ms) {
+  int timeout = timeout_ms;
+  for (int handled = 0; handled < most_at_once && lcm_->handleTimeout(timeout) > 0; ++handled) timeout = 0;
+  deliver_newest();
+}
+
+int64_t LcmBus::now_utime() const {
+  return monotonic_utime();
+}
+
+void LcmBus::transmit(const std::string& channel, const std::vector<uint8_t>& bytes) {
+  lcm_->publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size()));
+}
+
+void LcmBus::listen(const std::string& channel) {
+  lcm_->subscribe(channel, &LcmBus::on_message, this)->setQueueCapacity(queue_capacity);
+}
+
+void LcmBus::on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel) {
+  receive(channel, buffer->data, buffer->data_size);
+}
+
+}  // namespace stevedore

@@ -1,0 +1,41 @@
+// The bus over LCM.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "runtime/bus.hpp"
+
+namespace lcm {
+class LCM;
+struct ReceiveBuffer;
+}  // namespace lcm
+
+namespace stevedore {
+
+/// TTL 0: nothing leaves this host (the bus is not authenticated). 2 MB hold twenty inline frames; the kernel
+/// cuts it to net.core.rmem_max without a word (`doctor` looks).
+inline constexpr const char* default_lcm_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+
+class LcmBus final : public Bus {
+ public:
+  /// Throws std::runtime_error with what to do when LCM can't be had (no multicast route, mostly).
+  explicit LcmBus(const std::string& url);
+  ~LcmBus() override;
+
+  /// Waits up to timeout_ms for a message, then handles all that has arrived. Returns at once with one of
+  /// them.
+  void handle(int timeout_ms);
+
+  /// us, CLOCK_MONOTONIC.
+  [[nodiscard]] int64_t now_utime() const override;
+
+ private:
+  void transmit(const std::string& channel, const std::vector<uint8_t>& bytes) override;
+  void listen(const std::string& channel) override;
+  void on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel);
+
+  std::unique_ptr<::lcm::LCM> lcm_;
+};
+
+}  // namespace stevedore

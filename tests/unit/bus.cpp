@@ -1,0 +1,160 @@
+#include "runtime/bus.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <limits>
+
+using namespace stevedore;
+
+namespace {
+
+/// Keeps what is published; the test carries it on.
+class TestBus final : public Bus {
+ public:
+  explicit TestBus(int64_t run_id = 7) : Bus(run_id) {}
+  using Bus::deliver_newest;
+  void deliver(const std::string& channel, const std::vector<uint8_t>& bytes) {
+    receive(channel, bytes.data(), bytes.size());
+  }
+  int64_t now = 1000;
+  std::vector<std::pair<std::string, std::vector<uint8_t>>> sent;
+  std::vector<std::string> listened;
+
+ private:
+  int64_t now_utime() const override { return now; }
+  void transmit(const std::string& channel, const std::vector<uint8_t>& bytes) override {
+    sent.emplace_back(channel, bytes);
+  }
+  void listen(const std::string& channel) override { listened.push_back(channel); }
+};
+
+hook_state_t hook(double load_n = 15) {
+  hook_state_t message{};
+  message.header.utime = 900;
+  message.header.frame_seq = -1;
+  message.load_n = load_n;
+  return message;
+}
+
+template <class M>
+M decoded(const std::vector<uint8_t>& bytes) {
+  M message{};
+  REQUIRE(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == static_cast<int>(bytes.size()));
+  return message;
+}
+
+}  // namespace
+
+TEST_CASE("what is published is numbered and stamped, and arrives") {
+  TestBus sender(1), receiver(2);
+  std::vector<double> loads;
+  receiver.subscribe<hook_state_t>(channels::hook_state,
+                                   [&](const hook_state_t& m) { loads.push_back(m.load_n); });
+  CHECK(receiver.listened == std::vector<std::string>{"HOOK_STATE"});
+  for (int i = 0; i < 3; ++i) sender.publish(channels::hook_state, hook(i));
+  for (const auto& [channel, bytes] : sender.sent) receiver.deliver(channel, bytes);
+  CHECK(loads == std::vector<double>{0, 1, 2});
+  const auto last = decoded<hook_state_t>(sender.sent[2].second);
+  CHECK(last.header.seq == 2);
+  CHECK(last.header.trace.run_id == 1);
+  CHECK(last.header.trace.publish_utime == 1000);
+  CHECK(last.header.trace.cause.empty());
+  CHECK(receiver.take_ages_us("HOOK_STATE") == std::vector<int64_t>{100, 100, 100});
+}
+
+TEST_CASE("gaps are counted, a restarted publisher is none") {
+  TestBus sender(1), restarted(3), receiver(2);
+  receiver.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
+  for (int i = 0; i < 6; ++i) sender.publish(channels::hook_state, hook());
+  restarted.publish(channels::hook_state, hook());
+  for (const int i : {0, 1, 4, 5}) receiver.deliver("HOOK_STATE", sender.sent[static_cast<size_t>(i)].second);
+  CHECK(receiver.counters("HOOK_STATE").lost_gap == 2);
+  receiver.deliver("HOOK_STATE", restarted.sent[0].second);
+  CHECK(receiver.counters("HOOK_STATE").lost_gap == 2);
+  CHECK(receiver.counters("HOOK_STATE").handled == 5);
+}
+
+TEST_CASE("a corrupt message is counted and dropped, never handed out") {
+  TestBus sender, receiver;
+  int handled = 0;
+  receiver.subscribe<hook_state_t>(channels::hook_state, [&](const hook_state_t&) { ++handled; });
+  receiver.subscribe<ellipses_t>(channels::ellipses, [&](const ellipses_t&) { ++handled; });
+  sender.publish(channels::hook_state, hook());
+  const auto good = sender.sent[0].second;
+
+  receiver.deliver("HOOK_STATE", {});
+  receiver.deliver("HOOK_STATE", {1, 2, 3});
+  auto bytes = good;
+  bytes[0] = static_cast<uint8_t>(bytes[0] ^ 1);  // another type
+  receiver.deliver("HOOK_STATE", bytes);
+  for (size_t length = 0; length < good.size(); ++length) {
+    receiver.deliver("HOOK_STATE", {good.begin(), good.begin() + static_cast<long>(length)});
+  }
+  bytes = std::vector<uint8_t>(good.size() + 1);  // too long
+  std::copy(good.begin(), good.end(), bytes.begin());
+  receiver.deliver("HOOK_STATE", bytes);
+  TestBus spoiler;
+  spoiler.publish(channels::hook_state, hook(std::numeric_limits<double>::quiet_NaN()));
+  receiver.deliver("HOOK_STATE", spoiler.sent[0].second);
+  CHECK(handled == 0);
+  CHECK(receiver.counters("HOOK_STATE").lost_malformed == static_cast<int64_t>(5 + good.size()));
+
+  ellipses_t ellipses{};
+  ellipses.width_px = ellipses.height_px = 10;
+  ellipses.search = ellipses_t::SEARCH_FULL;
+  spoiler.publish(channels::ellipses, ellipses);
+  const auto empty = spoiler.sent.back().second;
+  const size_t count_at = empty.size() - 2 - 2 - 2 - 8 - 1 - 4 -
+                          1;  // count, then width, height, tracks_frame_seq, search, method
+  for (const uint8_t high : {uint8_t{0x7f}, uint8_t{0xff}}) {  // a huge and a negative count
+    auto changed = empty;
+    changed[count_at] = high;
+    receiver.deliver("ELLIPSES", changed);
+  }
+  CHECK(receiver.counters("ELLIPSES").lost_malformed == 2);
+  receiver.deliver("ELLIPSES", empty);
+  CHECK(handled == 1);
+}
+
+TEST_CASE("newest: what is superseded is skipped, not lost") {
+  TestBus sender, receiver;
+  std::vector<double> loads;
+  receiver.subscribe<hook_state_t>(
+      channels::hook_state, [&](const hook_state_t& m) { loads.push_back(m.load_n); }, Delivery::newest);
+  for (int i = 0; i < 5; ++i) sender.publish(channels::hook_state, hook(i));
+  for (const auto& [channel, bytes] : sender.sent) receiver.deliver(channel, bytes);
+  CHECK(loads.empty());
+  receiver.deliver_newest();
+  receiver.deliver_newest();
+  CHECK(loads == std::vector<double>{4});
+  CHECK(receiver.counters("HOOK_STATE").skipped == 4);
+  CHECK(receiver.counters("HOOK_STATE").handled == 1);
+  CHECK(receiver.counters("HOOK_STATE").lost_gap == 0);
+}
+
+TEST_CASE("an answer says what it answers and what had been read") {
+  TestBus sender(11), middle(12);
+  middle.subscribe<altimeter_t>(channels::altimeter, [](const altimeter_t&) {});
+  middle.subscribe<hook_state_t>(channels::hook_state,
+                                 [&](const hook_state_t& m) { middle.publish(channels::hook_state, m); });
+  altimeter_t altimeter{};
+  for (int i = 0; i < 3; ++i) sender.publish(channels::altimeter, altimeter);
+  sender.publish(channels::hook_state, hook());
+  middle.now = 5000;
+  for (const auto& [channel, bytes] : sender.sent) middle.deliver(channel, bytes);
+  const auto answer = decoded<hook_state_t>(middle.sent[0].second);
+  CHECK(answer.header.trace.cause == "HOOK_STATE");
+  CHECK(answer.header.trace.receive_utime == 5000);
+  REQUIRE(answer.header.trace.inputs.size() == 2);
+  CHECK(answer.header.trace.inputs[0].channel == "ALTIMETER");
+  CHECK(answer.header.trace.inputs[0].seq == 2);
+  CHECK(answer.header.trace.inputs[1].channel == "HOOK_STATE");
+  CHECK(answer.header.trace.inputs[1].run_id == 11);
+}
+
+TEST_CASE("subscribing twice and inconsistent messages are programming errors") {
+  TestBus bus;
+  bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
+  CHECK_THROWS_AS(bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {}),
+                  std::logic_error);
+}

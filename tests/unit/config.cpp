@@ -1,0 +1,92 @@
+#include "runtime/config.hpp"
+
+#include <unistd.h>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+using namespace stevedore;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Colour {
+  int hue = 0;
+};
+template <class Visitor>
+void describe(Colour& s, Visitor& visit) {
+  visit("hue", s.hue, 0.0, 179.0, "OpenCV hue", "");
+}
+
+struct TestSettings {
+  double gate_px = 3;
+  int votes = 2;
+  bool hull = true;
+  std::string method = "paper";
+  std::vector<Colour> colours;
+};
+template <class Visitor>
+void describe(TestSettings& s, Visitor& visit) {
+  visit("gate_px", s.gate_px, 0.5, 10.0, "px", "");
+  visit("votes", s.votes, 1.0, 5.0, "votes", "");
+  visit("hull", s.hull, "");
+  visit.choice("method", s.method, {"paper", "arcs"}, "");
+  visit.list("colours", s.colours, "");
+}
+
+class File {
+ public:
+  explicit File(const std::string& text) {
+    std::string name = (std::filesystem::temp_directory_path() / "stevedore-config-XXXXXX").string();
+    const int descriptor = mkstemp(name.data());
+    REQUIRE(descriptor >= 0);
+    close(descriptor);
+    path = name;
+    std::ofstream(path) << text;
+  }
+  ~File() { std::filesystem::remove(path); }
+  std::string path;
+};
+
+TestSettings read(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  const File file(text);
+  return Config::load(file.path, overrides).section<TestSettings>("detector");
+}
+
+}  // namespace
+
+TEST_CASE("settings come from the file, the rest from the defaults") {
+  const auto s = read("detector:\n  gate_px: 4.5\n  method: arcs\n  colours: [{hue: 10}, {hue: 20}]\n");
+  CHECK(s.gate_px == 4.5);
+  CHECK(s.votes == 2);
+  CHECK(s.method == "arcs");
+  REQUIRE(s.colours.size() == 2);
+  CHECK(s.colours[1].hue == 20);
+  CHECK(read("").gate_px == 3);
+  CHECK(read("detector:\n").gate_px == 3);
+}
+
+TEST_CASE("the command line goes over the file") {
+  CHECK(read("detector:\n  gate_px: 4.5\n", {"detector.gate_px=6"}).gate_px == 6);
+  CHECK(read("", {"detector.hull=false"}).hull == false);
+  CHECK_THROWS_WITH(read("", {"detector"}), Contains("section.key=value"));
+}
+
+TEST_CASE("what is wrong is said with file, line and key") {
+  CHECK_THROWS_WITH(read("detector:\n  gate_px: 4\n  gaet: 1\n"),
+                    Contains(":3: detector.gaet: is not a setting"));
+  CHECK_THROWS_WITH(read("detector:\n  gate_px: 40\n"),
+                    Contains(":2: detector.gate_px: 40 is not between 0.5 and 10 px"));
+  CHECK_THROWS_WITH(read("detector:\n  gate_px: wide\n"), Contains("is not a number"));
+  CHECK_THROWS_WITH(read("detector:\n  gate_px: .nan\n"), Contains("is not a number"));
+  CHECK_THROWS_WITH(read("detector:\n  votes: 1.5\n"), Contains("is not a whole number"));
+  CHECK_THROWS_WITH(read("detector:\n  hull: perhaps\n"), Contains("is not true or false"));
+  CHECK_THROWS_WITH(read("detector:\n  method: guess\n"), Contains("is not one of: paper, arcs"));
+  CHECK_THROWS_WITH(read("detector:\n  colours: [{hue: 10}, {hue: 200}]\n"),
+                    Contains("detector.colours[1].hue"));
+  CHECK_THROWS_WITH(read("detector: 5\n"), Contains("is not a map"));
+  CHECK_THROWS_WITH(read("detectro:\n  gate_px: 4\n"), Contains(":1: detectro: is not a section"));
+  CHECK_THROWS_WITH(read("detector: [\n"), Contains(":"));
+  CHECK_THROWS_AS(Config::load("/nowhere/at/all.yaml"), ConfigError);
+}

@@ -1,0 +1,278 @@
+#include "tools/report_core.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+
+namespace stevedore {
+namespace {
+
+/// Newest seq + 1 of each run: how many it had published by then, for seq counts from 0.
+template <class Outputs>
+std::map<int64_t, int64_t> published_by_run(const Outputs& outputs) {
+  std::map<int64_t, int64_t> published;
+  for (const auto& output : outputs) {
+    published[output.run_id] = std::max(published[output.run_id], output.seq + 1);
+  }
+  return published;
+}
+
+/// Numbers that a run's messages in the log leave out, between its first and its last there.
+template <class Outputs>
+int64_t missing(const Outputs& outputs) {
+  std::map<int64_t, std::set<int64_t>> seqs_by_run;
+  for (const auto& output : outputs) seqs_by_run[output.run_id].insert(output.seq);
+  int64_t count = 0;
+  for (const auto& [run_id, seqs] : seqs_by_run) {
+    count += *seqs.rbegin() - *seqs.begin() + 1 - static_cast<int64_t>(seqs.size());
+  }
+  return count;
+}
+
+}  // namespace
+
+std::optional<Percentiles> percentiles_of(std::vector<int64_t> values_us) {
+  if (values_us.empty()) return std::nullopt;
+  std::sort(values_us.begin(), values_us.end());
+  const auto at = [&values_us](double share) {
+    const auto rank = std::lround(share * static_cast<double>(values_us.size() - 1));
+    return static_cast<double>(values_us[static_cast<size_t>(rank)]) * 1e-3;
+  };
+  return Percentiles{at(0.50), at(0.99)};
+}
+
+int64_t lost_of(const input_health_t& input) {
+  return input.lost_gap + input.lost_malformed + input.lost_stale + input.lost_overwritten;
+}
+
+void HealthBook::add(const health_t& health) {
+  const auto [newest, is_new] = processes_[health.process].try_emplace(health.header.trace.run_id, health);
+  if (!is_new && health.header.seq > newest->second.header.seq) newest->second = health;
+}
+
+const HealthBook::Runs& HealthBook::runs_of(const std::string& process) const {
+  static const Runs none;
+  const auto found = processes_.find(process);
+  return found == processes_.end() ? none : found->second;
+}
+
+template <class M>
+void LogSummary::add_output(const LogEvent& event, const Channel<M>& channel) {
+  const auto message = decode(event, channel);
+  if (!message) {
+    ++unreadable_;
+    return;
+  }
+  const header_t& header = message->header;
+  outputs_[channel.name].push_back(
+      {header.trace.run_id, header.seq, header.utime, header.frame_seq, header.trace.publish_utime});
+  if constexpr (std::is_same_v<M, tracks_t>) {
+    if (message->target_status == track_t::STATUS_TRACKING) tracked_utimes_.insert(header.utime);
+  }
+}
+
+void LogSummary::add(const LogEvent& event) {
+  first_utime_ = std::min(first_utime_.value_or(event.utime), event.utime);
+  last_utime_ = std::max(last_utime_, event.utime);
+  if (event.channel == channels::frame.name) return add_output(event, channels::frame);
+  if (event.channel == channels::ellipses.name) return add_output(event, channels::ellipses);
+  if (event.channel == channels::tracks.name) return add_output(event, channels::tracks);
+  if (event.channel == channels::poses.name) return add_output(event, channels::poses);
+  if (event.channel == channels::mission.name) return add_output(event, channels::mission);
+  if (event.channel != channels::health.name) return;
+  if (const auto health = decode(event, channels::health)) {
+    health_.add(*health);
+  } else {
+    ++unreadable_;
+  }
+}
+
+const LogSummary::Outputs& LogSummary::outputs_on(const std::string& channel) const {
+  static const Outputs none;
+  const auto found = outputs_.find(channel);
+  return found == outputs_.end() ? none : found->second;
+}
+
+std::optional<Percentiles> LogSummary::stage_latency(const StageLine& line) const {
+  std::unordered_map<int64_t, int64_t> answered_utime;  // by utime: when what is answered was published
+  for (const Output& input : outputs_on(line.input)) {
+    answered_utime.try_emplace(input.utime, input.publish_utime);
+  }
+  const bool is_camera = !*line.input;
+  std::vector<int64_t> latencies_us;
+  for (const Output& output : outputs_on(line.output)) {
+    if (output.frame_seq < 0) continue;
+    const auto answered = answered_utime.find(output.utime);
+    if (is_camera) {
+      latencies_us.push_back(output.publish_utime - output.utime);
+    } else if (answered != answered_utime.end()) {
+      latencies_us.push_back(output.publish_utime - answered->second);
+    }
+  }
+  return percentiles_of(std::move(latencies_us));
+}
+
+StageReport LogSummary::stage_report(const StageLine& line) const {
+  StageReport stage{};
+  stage.process = line.process;
+  stage.latency = stage_latency(line);
+  const Outputs& outputs = outputs_on(line.output);
+  const HealthBook::Runs& runs = health_.runs_of(line.process);
+
+  std::map<int64_t, int64_t> told;  // by run: published as of its last HEALTH
+  for (const auto& [run_id, health] : runs) {
+    int64_t& published = told[run_id];
+    stage.kernel_drops = stage.kernel_drops.value_or(0) + health.kernel_drops;
+    for (const auto& output : health.outputs) {
+      if (output.channel == line.output) published = output.published;
+    }
+    stage.out += published;
+    stage.lost = stage.lost.value_or(0);
+    stage.skipped = stage.skipped.value_or(0);
+    for (const auto& input : health.inputs) {
+      if (input.channel != line.input && input.channel != line.frames_in) continue;
+      if (input.channel == line.input) stage.in += input.received;
+      *stage.lost += lost_of(input);
+      *stage.skipped += input.skipped;
+    }
+  }
+  // a process that was killed had no last word: what it published after its last HEALTH is in the log
+  for (const Output& output : outputs) {
+    const bool untold = output.seq >= told.try_emplace(output.run_id, 0).first->second;
+    if (untold) ++stage.out;
+    if (untold && output.frame_seq >= 0) ++stage.in;
+    if (output.frame_seq < 0) --stage.out;  // a MISSION that time alone caused answers no frame
+  }
+  stage.restarts = std::max<int64_t>(0, static_cast<int64_t>(told.size()) - 1);
+  const bool is_camera = !*line.input;
+  if (is_camera) {
+    stage.in = stage.out;
+  } else if (runs.empty()) {
+    stage.in = static_cast<int64_t>(outputs_on(line.input).size());
+  }
+  return stage;
+}
+
+Report LogSummary::report() const {
+  Report report;
+  report.duration_s = static_cast<double>(last_utime_ - first_utime_.value_or(last_utime_)) * 1e-6;
+  for (const auto& [run_id, published] : published_by_run(outputs_on(channels::frame.name))) {
+    report.frames += published;
+  }
+  std::map<int64_t, int64_t> latency_by_utime;
+  for (const Output& mission : outputs_on(channels::mission.name)) {
+    if (mission.frame_seq < 0) continue;
+    latency_by_utime.try_emplace(mission.utime, mission.publish_utime - mission.utime);
+  }
+  std::vector<int64_t> latencies_us;
+  for (const auto& [utime, latency_us] : latency_by_utime) latencies_us.push_back(latency_us);
+  report.answered = static_cast<int64_t>(latencies_us.size());
+  report.latency = percentiles_of(std::move(latencies_us));
+  report.tracked = static_cast<int64_t>(tracked_utimes_.size());
+  for (const StageLine& line : stage_lines) {
+    report.stages.push_back(stage_report(line));
+    report.frames_lost += report.stages.back().lost.value_or(0);
+    report.frames_skipped += report.stages.back().skipped.value_or(0);
+  }
+  report.frames = std::max(report.frames, report.stages.front().out);  // FRAMEs that the log lacks
+  for (const auto& [channel, outputs] : outputs_) report.missing_in_log += missing(outputs);
+  report.unreadable = unreadable_;
+  return report;
+}
+
+namespace {
+
+nlohmann::ordered_json to_json(const std::optional<Percentiles>& latency) {
+  if (!latency) return {{"p50", nullptr}, {"p99", nullptr}};
+  return {{"p50", latency->p50_ms}, {"p99", latency->p99_ms}};
+}
+
+nlohmann::ordered_json to_json(const std::optional<int64_t>& count) {
+  return count ? nlohmann::ordered_json(*count) : nlohmann::ordered_json(nullptr);
+}
+
+std::string to_text(const std::optional<int64_t>& count) {
+  return count ? fmt::format("{}", *count) : "?";
+}
+
+std::string to_text(double latency_ms) {
+  return fmt::format("{:.1f}", latency_ms);
+}
+
+std::string row(const StageReport& stage) {
+  return fmt::format("{:<14}{:>9}{:>9}{:>9}{:>9}{:>13}{:>10}{:>11}{:>11}\n", stage.process, stage.in,
+                     stage.out, to_text(stage.lost), to_text(stage.skipped), to_text(stage.kernel_drops),
+                     stage.restarts, stage.latency ? to_text(stage.latency->p50_ms) : "-",
+                     stage.latency ? to_text(stage.latency->p99_ms) : "-");
+}
+
+/// What keeps the figures from being the whole truth.
+std::string remarks(const Report& report) {
+  std::string text;
+  for (const StageReport& stage : report.stages) {
+    if (!stage.lost) {
+      text += fmt::format("No HEALTH of {} in the log: what it lost is not known.\n", stage.process);
+    }
+  }
+  const int64_t unanswered = report.frames - report.answered - report.frames_lost - report.frames_skipped;
+  if (unanswered > 0) {
+    text += fmt::format(
+        "{} frames had no answer though nobody counted them: a process was away, or\n"
+        "the log ends before its answers.\n",
+        unanswered);
+  }
+  if (report.missing_in_log > 0) {
+    text += fmt::format("{} messages of the line were published but are not in the log.\n",
+                        report.missing_in_log);
+  }
+  if (report.unreadable > 0) {
+    text += fmt::format("{} messages in the log can't be read: damaged, or of another version.\n",
+                        report.unreadable);
+  }
+  return text;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
+  nlohmann::ordered_json stages;
+  for (const StageReport& stage : report.stages) {
+    stages[stage.process] = {{"in", stage.in},
+                             {"out", stage.out},
+                             {"lost", to_json(stage.lost)},
+                             {"skipped", to_json(stage.skipped)},
+                             {"kernel_drops", to_json(stage.kernel_drops)},
+                             {"restarts", stage.restarts},
+                             {"latency_ms", to_json(stage.latency)}};
+  }
+  return {{"log", log},
+          {"duration_s", report.duration_s},
+          {"frames", report.frames},
+          {"frames_lost", report.frames_lost},
+          {"frames_skipped", report.frames_skipped},
+          {"tracked", report.tracked},
+          {"answered", report.answered},
+          {"latency_ms", to_json(report.latency)},
+          {"stages", stages},
+          {"missing_in_log", report.missing_in_log},
+          {"unreadable", report.unreadable}};
+}
+
+std::string to_text(const Report& report) {
+  std::string text = fmt::format("{:<14}{:>9}{:>9}{:>9}{:>9}{:>13}{:>10}{:>11}{:>11}\n", "", "in", "out",
+                                 "lost", "skipped", "kernel drops", "restarts", "p50 ms", "p99 ms");
+  for (const StageReport& stage : report.stages) text += row(stage);
+  text += fmt::format("\n{} frames in {:.1f} s: {} answered by MISSION, {} tracked, {} lost, {} skipped.\n",
+                      report.frames, report.duration_s, report.answered, report.tracked, report.frames_lost,
+                      report.frames_skipped);
+  if (report.latency) {
+    text += fmt::format("Capture to MISSION: {} ms (p50), {} ms (p99).\n", to_text(report.latency->p50_ms),
+                        to_text(report.latency->p99_ms));
+  }
+  return text + remarks(report);
+}
+
+}  // namespace stevedore

@@ -1,0 +1,117 @@
+// What a log says of a run: frames, losses and latencies, stage by stage.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.hpp"
+#include "runtime/event_log.hpp"
+
+namespace stevedore {
+
+struct Percentiles {
+  double p50_ms = 0;
+  double p99_ms = 0;
+};
+
+/// Nearest rank; nothing for no values.
+std::optional<Percentiles> percentiles_of(std::vector<int64_t> values_us);
+
+/// A process of the line: what carries frames into it and out of it.
+struct StageLine {
+  const char* process;
+  const char* input;      ///< the message that it answers; empty: the camera has none
+  const char* frames_in;  ///< a second input whose loss is a lost frame too; empty: none
+  const char* output;
+};
+
+/// In the line's order: each one's input is the output of the one before.
+inline constexpr std::array<StageLine, 5> stage_lines{{
+    {"camera_proc", "", "", channels::frame.name},
+    {"detector_proc", channels::frame.name, "", channels::ellipses.name},
+    {"tracker_proc", channels::ellipses.name, channels::frame.name, channels::tracks.name},
+    {"pose_proc", channels::tracks.name, "", channels::poses.name},
+    {"mission_proc", channels::poses.name, "", channels::mission.name},
+}};
+
+int64_t lost_of(const input_health_t& input);
+
+/// The newest HEALTH of every run of every process. Its counters count from a process' start, so what a
+/// process did is the sum over its runs.
+class HealthBook {
+ public:
+  using Runs = std::map<int64_t, health_t>;  ///< by run_id
+
+  void add(const health_t& health);
+  /// Empty for a process that was never heard.
+  [[nodiscard]] const Runs& runs_of(const std::string& process) const;
+  [[nodiscard]] const std::map<std::string, Runs>& processes() const { return processes_; }
+
+ private:
+  std::map<std::string, Runs> processes_;
+};
+
+struct StageReport {
+  std::string process;
+  int64_t in = 0;   ///< frames that reached it
+  int64_t out = 0;  ///< frames that it answered
+  /// Nothing: no HEALTH of it in the log.
+  std::optional<int64_t> lost;
+  std::optional<int64_t> skipped;
+  std::optional<int64_t> kernel_drops;
+  int64_t restarts = 0;
+  /// Publish stamp minus that of the message it answers; the camera's: minus capture. So they add up.
+  std::optional<Percentiles> latency;
+};
+
+struct Report {
+  double duration_s = 0;  ///< from the log's first event to its last
+  int64_t frames = 0;     ///< published by the camera
+  int64_t answered = 0;   ///< of them, those with a MISSION in the log
+  int64_t tracked = 0;    ///< of them, those with the target measured
+  int64_t frames_lost = 0;
+  int64_t frames_skipped = 0;
+  std::optional<Percentiles> latency;  ///< capture to MISSION
+  std::vector<StageReport> stages;     ///< in the line's order
+  int64_t missing_in_log = 0;          ///< messages of the line that were published but not logged
+  int64_t unreadable = 0;              ///< messages on this system's channels that are not of its types
+};
+
+/// Fed with a log's events in any order.
+class LogSummary {
+ public:
+  void add(const LogEvent& event);
+  [[nodiscard]] Report report() const;
+
+ private:
+  struct Output {
+    int64_t run_id, seq, utime, frame_seq, publish_utime;
+  };
+  using Outputs = std::vector<Output>;
+
+  template <class M>
+  void add_output(const LogEvent& event, const Channel<M>& channel);
+  [[nodiscard]] StageReport stage_report(const StageLine& line) const;
+  [[nodiscard]] const Outputs& outputs_on(const std::string& channel) const;
+  [[nodiscard]] std::optional<Percentiles> stage_latency(const StageLine& line) const;
+
+  std::optional<int64_t> first_utime_;
+  int64_t last_utime_ = 0;
+  std::map<std::string, Outputs> outputs_;  ///< by channel
+  std::set<int64_t> tracked_utimes_;
+  HealthBook health_;
+  int64_t unreadable_ = 0;
+};
+
+nlohmann::ordered_json to_json(const Report& report, const std::string& log);
+
+/// For people, at most 100 columns wide.
+std::string to_text(const Report& report);
+
+}  // namespace stevedore

@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "runtime/lcm_bus.hpp"
+#include "runtime/process.hpp"
+#include "tools/progress_line.hpp"
+#include "tools/watch_view.hpp"
+
+namespace {
+
+using namespace stevedore;
+
+constexpr int64_t line_period_us = 1'000'000;
+constexpr int wait_ms = 50;
+constexpr int stopped_by_signal = 130;  // as a shell says it
+
+void show(ProgressLine& progress, WatchView& view, int64_t now) {
+  for (const std::string& news : view.take_news()) {
+    progress.end();
+    fmt::print("{}\n", news);
+  }
+  progress.show(view.line(now));
+}
+
+void subscribe(LcmBus& bus, WatchView& view) {
+  bus.subscribe<health_t>(channels::health, [&](const health_t& m) { view.on_health(m, bus.now_utime()); });
+  bus.subscribe<ellipses_t>(channels::ellipses,
+                            [&](const ellipses_t& m) { view.on_ellipses(m, bus.now_utime()); });
+  bus.subscribe<tracks_t>(channels::tracks, [&](const tracks_t& m) { view.on_tracks(m, bus.now_utime()); });
+  bus.subscribe<poses_t>(channels::poses, [&](const poses_t& m) { view.on_poses(m, bus.now_utime()); });
+  bus.subscribe<mission_t>(channels::mission,
+                           [&](const mission_t& m) { view.on_mission(m, bus.now_utime()); });
+}
+
+int watch(LcmBus& bus, double patience_s) {
+  WatchView view(bus.now_utime());
+  subscribe(bus, view);
+  ProgressLine progress;
+  for (int64_t line_utime = bus.now_utime(); !stop_requested();) {
+    bus.handle(wait_ms);
+    const int64_t now = bus.now_utime();
+    const bool worked_off = view.worked_off(now);
+    const bool gave_up = !worked_off && view.silent_s(now) >= patience_s;
+    if (worked_off || gave_up || now - line_utime >= line_period_us) {
+      show(progress, view, now);
+      line_utime += line_period_us;
+    }
+    if (worked_off) return 0;
+    if (gave_up) {
+      progress.end();
+      fmt::print(stderr, "No MISSION for {:.0f} s. {}\n", view.silent_s(now), view.silence(now));
+      return 1;
+    }
+  }
+  return stopped_by_signal;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Watches a running set: one line a second, until its images are worked off.", "watch");
+  std::string url = default_lcm_url;
+  double patience_s = 20;
+  app.add_option("--patience", patience_s, "seconds without a MISSION for a frame after which to give up")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--lcm-url", url, "LCM's address")->capture_default_str();
+  app.set_version_flag("--version", version());
+  app.footer(
+      "The line: elapsed time, frames in/out, frames a second, frames with the target measured,\n"
+      "status and track of the target, phase of the mission, latency from capture to MISSION (p50/p99 of\n"
+      "the last second), lost and skipped messages of all processes, emergencies.\n"
+      "Exit status: 0 worked off, 1 nothing came for too long, 130 stopped by a signal.");
+  CLI11_PARSE(app, argc, argv);
+  stop_on_signals();
+  LcmBus bus(url);
+  return watch(bus, patience_s);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return stevedore::guarded_main([&] { return run(argc, argv); });
+}
