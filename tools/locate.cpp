@@ -1,0 +1,158 @@
+// Detector, tracker and poses for images and image sequences, without a bus: one JSON object a line and
+// image.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <numeric>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "runtime/camera_file.hpp"
+#include "runtime/config.hpp"
+#include "tools/locate_output.hpp"
+
+namespace {
+
+using namespace stevedore;
+namespace fs = std::filesystem;
+
+constexpr int unreadable_image = 1, wrong_usage = 2;  // exit statuses
+
+struct Options {
+  std::string camera, config, method, track, overlay;
+  std::vector<double> gravity;
+  std::optional<double> radius_m, cargo_radius_m;
+  std::vector<std::string> images;
+};
+
+void declare(CLI::App& app, Options& o) {
+  app.add_option("IMAGE", o.images, "Images; with --track, a sequence in this order, 30 a second")
+      ->required();
+  app.add_option("--camera", o.camera, "Camera file (ROS camera_info YAML); without it no circle has a pose");
+  app.add_option("--radius", o.radius_m, "Radius of a painted circle's outer edge, in metres")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--cargo-radius", o.cargo_radius_m, "Radius of a cargo's rim, in metres")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--gravity", o.gravity,
+                 "Down, in the camera frame (x right, y down, z forward), of any length")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z");
+  app.add_option("--config", o.config,
+                 "Configuration file: its sections detector, tracker and pose are used");
+  app.add_option("--method", o.method, "How poses are found: overrides the configuration")
+      ->check(CLI::IsMember({"conic", "four_point"}));
+  app.add_option("--track", o.track, "Follow the ellipse at this pixel, or the first circle")
+      ->type_name("U,V|first");
+  app.add_option("--overlay", o.overlay, "Folder for a picture of each image's result, made if missing")
+      ->type_name("DIR");
+  app.footer(
+      "Prints one JSON object a line and image, nothing else; warnings go to standard error.\n"
+      "Lengths are semi-axes in pixels of the image as given, (0, 0) the centre of its upper-left pixel; "
+      "alpha\n"
+      "is in radians, clockwise from right. Circles are in the camera frame, in metres.\n"
+      "Exit status: 0, 1 if an image could not be read, 2 for a mistake in options or files.\n\n"
+      "  locate --camera config/camera.yaml --radius 0.5 --track first --overlay out frames/*.png");
+}
+
+std::optional<Eigen::Vector2d> pixel_of(const std::string& track) {
+  if (track.empty() || track == "first") return std::nullopt;
+  std::istringstream text(track);
+  Eigen::Vector2d pixel;
+  char comma = 0;
+  if (!(text >> pixel.x() >> comma >> pixel.y()) || comma != ',' || text.peek() != EOF)
+    throw ConfigError("--track: \"" + track + "\" is neither U,V nor first");
+  return pixel;
+}
+
+std::optional<Gravity> gravity_of(const std::vector<double>& down) {
+  if (down.empty()) return std::nullopt;
+  const Eigen::Vector3d v(down[0], down[1], down[2]);
+  if (!v.allFinite() || v.norm() == 0) throw ConfigError("--gravity: not a direction");
+  return Gravity{v.normalized(), 0};
+}
+
+CameraModel camera_of(const std::string& path) {
+  CameraFile file = load_camera_file(path);
+  for (const auto& warning : file.warnings) std::cerr << warning << '\n';
+  return file.camera;
+}
+
+LocateSettings settings_of(const Options& o) {
+  const Config config = o.config.empty() ? Config{} : Config::load(o.config);
+  LocateSettings s;
+  s.detector = config.section<DetectorSettings>("detector");
+  s.tracker = config.section<TrackerSettings>("tracker");
+  s.pose = config.section<PoseSettings>("pose");
+  if (!o.method.empty()) s.pose.method = o.method;
+  if (!o.camera.empty()) s.camera = camera_of(o.camera);
+  s.radius_m = o.radius_m;
+  s.cargo_radius_m = o.cargo_radius_m;
+  s.gravity = gravity_of(o.gravity);
+  s.track = !o.track.empty();
+  s.track_pixel = pixel_of(o.track);
+  return s;
+}
+
+/// 8 bits, grey or BGR, not turned by EXIF: the camera's pixels. Empty if there is no image.
+cv::Mat read(const std::string& path) {
+  try {
+    return cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+void print(const nlohmann::ordered_json& line) {
+  std::cout << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n'
+            << std::flush;
+}
+
+/// Numbered, so that images of the same name in two folders both stay, in order.
+fs::path overlay_path(const std::string& folder, std::size_t index, const std::string& image) {
+  std::ostringstream name;
+  name << std::setw(5) << std::setfill('0') << index << '_' << fs::path(image).stem().string() << ".png";
+  return fs::path(folder) / name.str();
+}
+
+int run(const Options& o) {
+  Locator locator(settings_of(o));
+  if (!o.overlay.empty()) fs::create_directories(o.overlay);
+  int status = 0;
+  for (std::size_t i = 0; i < o.images.size(); ++i) {
+    const std::string& path = o.images[i];
+    const cv::Mat image = read(path);
+    const auto refusal = image.empty() ? "not a readable image" : locator.refusal(image);
+    if (refusal) {
+      print(error_json(path, *refusal));
+      status = unreadable_image;
+      continue;
+    }
+    const LocatedFrame frame = locator.step(static_cast<int>(i), image);
+    print(located_json(path, image.size(), frame));
+    if (o.overlay.empty()) continue;
+    const fs::path file = overlay_path(o.overlay, i, path);
+    if (!cv::imwrite(file.string(), overlay_of(image, frame)))
+      throw std::runtime_error(file.string() + ": not written");
+  }
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  cv::setNumThreads(1);
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  CLI::App app("Finds circles and cargoes in images; says where they are.", "locate");
+  Options options;
+  declare(app, options);
+  try {
+    app.parse(argc, argv);
+    return run(options);
+  } catch (const CLI::ParseError& stop) {
+    return app.exit(stop) == 0 ? 0 : wrong_usage;
+  } catch (const std::exception& error) {
+    std::cerr << "locate: " << error.what() << '\n';
+    return wrong_usage;
+  }
+}

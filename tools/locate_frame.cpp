@@ -1,0 +1,89 @@
+#include "tools/locate_frame.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+namespace stevedore {
+namespace {
+
+constexpr double frames_per_second = 30;  // of a sequence of files, which carry no time
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+Locator::Locator(const LocateSettings& settings)
+    : settings_(settings), detector_(settings.detector), tracker_(settings.tracker) {
+  if (settings_.camera) maps_ = make_rectify_maps(*settings_.camera);
+  if (settings_.radius_m) settings_.pose.circle_radius_m = *settings_.radius_m;
+  if (settings_.cargo_radius_m) settings_.pose.cargo_radius_m = *settings_.cargo_radius_m;
+  if (!settings_.track) return;
+  if (!settings_.track_pixel) {
+    tracker_.follow_first_circle();
+    return;
+  }
+  // Where the lens model has no inverse the pixel itself is the best guess.
+  const Eigen::Vector2d given_px = *settings_.track_pixel;
+  tracker_.follow_pixel(settings_.camera ? undistort(*settings_.camera, given_px).value_or(given_px)
+                                         : given_px);
+}
+
+std::optional<std::string> Locator::refusal(const cv::Mat& image) const {
+  if (!settings_.camera) return std::nullopt;
+  const Pinhole& given = settings_.camera->given;
+  if (image.cols == given.width_px && image.rows == given.height_px) return std::nullopt;
+  const auto size = [](int width, int height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+  };
+  return "the image is " + size(image.cols, image.rows) + ", the camera file is for " +
+         size(given.width_px, given.height_px);
+}
+
+std::optional<Ellipse> Locator::in_given(const Ellipse& rectified) const {
+  return maps_.map_1.empty() ? rectified : distort(*settings_.camera, rectified);
+}
+
+std::optional<LocatedMark> Locator::locate(const Detection& detection) const {
+  const auto given = in_given(detection.outer.ellipse);
+  if (!given) return std::nullopt;
+  LocatedMark mark{detection, *given, {}};
+  const bool radius_known = (detection.label == Label::circle && settings_.radius_m) ||
+                            (detection.label == Label::cargo && settings_.cargo_radius_m);
+  if (settings_.camera && radius_known) {
+    mark.pose = estimate_pose(detection.outer, detection.label, settings_.camera->rectified,
+                              settings_.gravity, std::nullopt, settings_.pose);
+  }
+  return mark;
+}
+
+LocatedTarget Locator::follow(int index, const cv::Mat& image, const std::vector<Detection>& found) {
+  const TrackerResult result = tracker_.step(index / frames_per_second, image, found);
+  LocatedTarget target;
+  target.status = result.target.status;
+  target.id = result.target.id;
+  if (result.target.window) target.window = in_given(*result.target.window);
+  if (target.status != TrackStatus::tracking && target.status != TrackStatus::predicted) return target;
+  const auto track = std::find_if(result.tracks.begin(), result.tracks.end(),
+                                  [&](const Track& t) { return t.id == result.target.id; });
+  if (track != result.tracks.end()) target.mark = locate(track->detection);
+  return target;
+}
+
+LocatedFrame Locator::step(int index, const cv::Mat& image) {
+  LocatedFrame frame;
+  const auto start = Clock::now();
+  const cv::Mat rectified = rectify(image, maps_);
+  const std::vector<Detection> found = detector_.detect(rectified);
+  frame.detect_ms = ms_since(start);
+  for (const Detection& detection : found) {
+    if (auto mark = locate(detection)) frame.marks.push_back(std::move(*mark));
+  }
+  if (settings_.track) frame.target = follow(index, rectified, found);
+  return frame;
+}
+
+}  // namespace stevedore
