@@ -41,15 +41,16 @@ TEST_CASE("distance of ellipses: place, size, direction") {
 
 TEST_CASE("gate: the centre lies inside the expected ellipse, or nearly so") {
   const AssociationGates gates;
-  const Expected flat{{100, 100, 40, 10, 0}, 0};
-  CHECK(gate_px(flat.ellipse, {120, 100}, gates) == Approx(42));
-  CHECK(gate_px(flat.ellipse, {100, 110}, gates) == Approx(12));
+  const Expected flat{0, {100, 100, 40, 10, 0}, 0};
+  CHECK(gate_px(flat, {120, 100}, gates) == Approx(42));
+  CHECK(gate_px(flat, {100, 110}, gates) == Approx(12));
   CHECK(may_be(flat, {141, 100, 40, 10, 0}, gates));
   CHECK_FALSE(may_be(flat, {143, 100, 40, 10, 0}, gates));
+  CHECK(gate_px({0, flat.ellipse, 1.0}, {100, 110}, gates) == Approx(17));  // unseen for 1 s
   CHECK_FALSE(may_be(flat, {100, 113, 40, 10, 0}, gates));
-  CHECK(may_be(flat, {100, 100, 48, 12, 0}, gates));
-  CHECK_FALSE(may_be(flat, {100, 100, 56, 14, 0}, gates));
-  CHECK(may_be({flat.ellipse, 1.0}, {100, 100, 56, 14, 0}, gates));
+  CHECK(may_be(flat, {100, 100, 44, 11, 0}, gates));
+  CHECK_FALSE(may_be(flat, {100, 100, 52, 13, 0}, gates));
+  CHECK(may_be({0, flat.ellipse, 1.0}, {100, 100, 52, 13, 0}, gates));
 }
 
 TEST_CASE("every ellipse has an id that lasts; velocities are those of the image") {

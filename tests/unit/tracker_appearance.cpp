@@ -160,7 +160,7 @@ TEST_CASE("white on white: CAMShift is no help, motion carries on and says so") 
     CHECK(result.target.id == 1);
   }
   CHECK(mentions(result.target.reason, "the place its motion leads to"));
-  CHECK(mentions(result.target.reason, "background looks like the target"));
+  CHECK(mentions(result.target.reason, "CAMShift saw nothing that looks like the target"));
 }
 
 // ... which is detected for the first time when the target goes: no track of its own protects the target.
