@@ -1,0 +1,127 @@
+#include "mission_proc/mission.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+using namespace stevedore;
+
+namespace {
+
+Mark circle(int64_t id, double semi_major_px, std::optional<double> range_m = std::nullopt) {
+  Mark mark;
+  mark.track_id = id;
+  mark.label = Label::circle;
+  mark.measured = true;
+  mark.center_px = {100.0 * static_cast<double>(id), 50};
+  mark.semi_major_px = semi_major_px;
+  mark.coverage = 0.9;
+  mark.age_frames = 10;
+  mark.range_m = range_m;
+  return mark;
+}
+
+View view(double time_s, std::vector<Mark> marks, std::optional<int64_t> target = std::nullopt,
+          TargetStatus status = TargetStatus::searching) {
+  return {time_s, std::move(marks), target, status};
+}
+
+bool has(const Mission& mission, Emergency kind) {
+  const auto& raised = mission.decision().emergencies;
+  return std::any_of(raised.begin(), raised.end(), [kind](const RaisedEmergency& e) { return e.kind == kind; });
+}
+
+}  // namespace
+
+TEST_CASE("without metres the largest circle is wanted, with them the nearest") {
+  Mission in_pixels{MissionSettings{}};
+  in_pixels.see(view(10, {circle(1, 12), circle(2, 31), circle(3, 20)}));
+  REQUIRE(in_pixels.decision().wanted);
+  CHECK(in_pixels.decision().wanted->track_id == 2);
+  CHECK(in_pixels.decision().wanted->last_seen_px.x() == 200);
+
+  Mission in_metres{MissionSettings{}};
+  in_metres.see(view(10, {circle(1, 12, 3.0), circle(2, 31, 4.0)}));
+  CHECK(in_metres.decision().wanted->track_id == 1);
+}
+
+TEST_CASE("every candidate has its reason, and what is no good is not chosen") {
+  Mark cargo = circle(1, 60), hidden = circle(2, 50), young = circle(3, 40), predicted = circle(4, 30);
+  cargo.label = Label::cargo;
+  hidden.coverage = 0.3;
+  young.age_frames = 1;
+  predicted.measured = false;
+  Mission mission{MissionSettings{}};
+  mission.see(view(10, {cargo, hidden, young, predicted}));
+  CHECK_FALSE(mission.decision().wanted);
+  CHECK(mission.decision().phase == Phase::search);
+  REQUIRE(mission.decision().candidates.size() == 4);
+  CHECK(mission.decision().candidates[0].reason == "is a cargo");
+  CHECK(mission.decision().candidates[1].reason == "shows 30 % of its edge, 60 wanted");
+  CHECK(mission.decision().candidates[2].reason == "followed for 1 frames, 3 wanted");
+  CHECK(mission.decision().candidates[3].reason == "is only predicted");
+  mission.see(view(10.1, {cargo, circle(5, 20)}));
+  CHECK(mission.decision().wanted->track_id == 5);
+  CHECK(mission.decision().candidates[1].chosen);
+}
+
+TEST_CASE("a target is kept though a better one comes, and given up only after a while") {
+  Mission mission{MissionSettings{}};
+  mission.see(view(10, {circle(1, 12)}));
+  mission.see(view(10.1, {circle(1, 12), circle(2, 40)}, 1, TargetStatus::tracking));
+  CHECK(mission.decision().wanted->track_id == 1);
+  CHECK(mission.decision().phase == Phase::approach);
+  mission.see(view(10.6, {circle(2, 40)}, 1, TargetStatus::predicted));
+  CHECK(mission.decision().wanted->track_id == 1);
+  CHECK_FALSE(has(mission, Emergency::target_lost));
+  mission.see(view(11.2, {circle(2, 40)}, 1, TargetStatus::lost));
+  CHECK(has(mission, Emergency::target_lost));
+  mission.see(view(11.3, {circle(2, 40)}, 2, TargetStatus::tracking));
+  CHECK(mission.decision().wanted->track_id == 2);
+  CHECK_FALSE(has(mission, Emergency::target_lost));
+}
+
+TEST_CASE("a restarted tracker's new id is the same choice") {
+  Mission mission{MissionSettings{}};
+  mission.see(view(10, {circle(7, 12)}));
+  const auto choice = mission.decision().wanted->choice;
+  mission.see(view(10.1, {circle(1, 12)}));  // restarted: follows nothing yet
+  mission.see(view(10.2, {circle(1, 12)}, 1, TargetStatus::tracking));
+  CHECK(mission.decision().wanted->track_id == 1);
+  CHECK(mission.decision().wanted->choice == choice);
+}
+
+TEST_CASE("emergencies are raised with their delay and cleared when the cause goes") {
+  Mission mission{MissionSettings{}};
+  mission.tick(100);
+  CHECK(mission.decision().emergencies.empty());
+  mission.tick(100.6);
+  CHECK(has(mission, Emergency::vision_stale));
+  CHECK_FALSE(has(mission, Emergency::all_out_of_view));
+  mission.see(view(100.7, {circle(1, 12)}));
+  CHECK(mission.decision().emergencies.empty());
+  for (double t = 100.8; t < 101.6; t += 0.1) mission.see(view(t, {}));
+  CHECK(mission.decision().emergencies.empty());
+  for (double t = 101.6; t < 102; t += 0.1) mission.see(view(t, {}));
+  CHECK(has(mission, Emergency::all_out_of_view));
+  CHECK_FALSE(has(mission, Emergency::vision_stale));
+  mission.see(view(102, {circle(2, 12)}));
+  CHECK_FALSE(has(mission, Emergency::all_out_of_view));
+}
+
+TEST_CASE("the operator chooses, holds, resumes and aborts") {
+  Mission mission{MissionSettings{}};
+  mission.hold();
+  mission.see(view(10, {circle(1, 12), circle(2, 40)}));
+  CHECK_FALSE(mission.decision().wanted);
+  mission.choose(1);
+  mission.see(view(10.1, {circle(1, 12), circle(2, 40)}));
+  CHECK(mission.decision().wanted->track_id == 1);
+  CHECK(mission.decision().phase == Phase::hold);
+  mission.resume();
+  mission.see(view(10.2, {circle(1, 12)}, 1, TargetStatus::tracking));
+  CHECK(mission.decision().phase == Phase::approach);
+  mission.abort();
+  mission.see(view(10.3, {circle(1, 12)}, 1, TargetStatus::tracking));
+  CHECK(mission.decision().phase == Phase::abort);
+  CHECK_FALSE(mission.decision().wanted);
+}

@@ -1,0 +1,63 @@
+// Runs the stages' real code over a log in lock step, without LCM, as fast as it can.
+//
+// As flown: every logged output says which inputs its stage had read (header.trace); the stage is given
+// exactly those, in that order, so that it says the same again. Every frame: what is in the log is handed on
+// in the log's order, and each answer runs down the line before the next event.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "runtime/bus.hpp"
+#include "runtime/config.hpp"
+#include "runtime/event_log.hpp"
+#include "runtime/frame_codec.hpp"
+
+namespace stevedore {
+
+enum class ReplayMode { as_flown, every_frame };
+
+struct ReplayOptions {
+  ReplayMode mode = ReplayMode::every_frame;
+  std::set<std::string> stages = {"detector_proc", "tracker_proc", "pose_proc", "mission_proc"};
+  Config config;
+  std::string config_text;  ///< what config was read from; goes into run_id
+};
+
+/// How the replayed payloads of one channel (all but header.trace) compare with the logged ones.
+struct ChannelComparison {
+  int64_t equal = 0;
+  int64_t different = 0;
+  int64_t only_logged = 0;
+  int64_t only_replayed = 0;
+};
+
+struct ReplayResult {
+  std::map<std::string, ChannelComparison> channels;
+  int64_t events = 0;
+  /// Inputs that a logged output names and the log does not hold: its replay can differ.
+  int64_t missing_inputs = 0;
+
+  [[nodiscard]] bool as_flown() const;
+};
+
+/// What a replay writes, event by event: the inputs as they were and the stages' answers.
+using EventSink = std::function<void(const LogEvent&)>;
+
+/// Progress from 0 to 1, now and then.
+using ProgressSink = std::function<void(double)>;
+
+/// Throws std::runtime_error if the log can't be read, ConfigError for a bad configuration.
+ReplayResult replay(const std::string& log, const ReplayOptions& options, const EventSink& write,
+                    const ProgressSink& progress = {});
+
+/// The message with an empty trace: what a replay must reproduce. Nothing for bytes that are no message of
+/// the channel.
+std::optional<std::vector<uint8_t>> payload_of(const std::string& channel, const std::vector<uint8_t>& bytes);
+
+}  // namespace stevedore
