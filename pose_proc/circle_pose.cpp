@@ -9,9 +9,13 @@
 namespace stevedore {
 namespace {
 
+/// The eigenvalues below go with the squares of a and b: flatter than this, double precision mixes them up.
+constexpr double flattest = 1e-6;
+
 bool usable(const EllipseFit& fit, const Pinhole& camera, double radius_m) {
-  return is_valid(fit.ellipse) && fit.covariance.allFinite() && camera.fx_px > 0 && camera.fy_px > 0 &&
-         std::isfinite(radius_m) && radius_m > 0;
+  return is_valid(fit.ellipse) && fit.ellipse.b_px > flattest * fit.ellipse.a_px &&
+         fit.covariance.allFinite() && camera.fx_px > 0 && camera.fy_px > 0 && std::isfinite(radius_m) &&
+         radius_m > 0;
 }
 
 /// An ellipse as its centre and the symmetric root of its shape, |root^-1 (x - centre)| = 1. Unlike (a, b,
@@ -206,10 +210,12 @@ std::optional<CircleSolution> four_point_pose(const EllipseFit& fit, const Pinho
   const Eigen::Matrix<double, 3, 9> turned = block_of<3, 9>(by_turn);
   Eigen::Matrix3d normal_by_turn;
   normal_by_turn << turned.col(2), turned.col(5), turned.col(8);
+  const Eigen::Vector3d center_camera_m(center_m[0], center_m[1], center_m[2]);
+  Eigen::Vector3d normal_camera(camera_from_circle(0, 2), camera_from_circle(1, 2), camera_from_circle(2, 2));
+  if (normal_camera.dot(center_camera_m) > 0)
+    normal_camera = -normal_camera;  // edge on, its error may tip it over
   return CircleSolution{
-      {center_m[0], center_m[1], center_m[2]},
-      {camera_from_circle(0, 2), camera_from_circle(1, 2), camera_from_circle(2, 2)},
-      covariance.bottomRightCorner<3, 3>(),
+      center_camera_m, normal_camera, covariance.bottomRightCorner<3, 3>(),
       (normal_by_turn.transpose() * covariance.topLeftCorner<3, 3>() * normal_by_turn).trace() / 2};
 }
 

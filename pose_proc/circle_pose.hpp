@@ -28,7 +28,8 @@ std::optional<std::array<CircleSolution, 2>> conic_pose(const EllipseFit& fit, c
 
 /// The paper's Algorithm 3: the ellipse's four vertexes are taken for four points a quarter turn apart on the
 /// circle. True only where the circle is parallel to the image plane (the paper's remark 1): at 15 degrees of
-/// tilt the centre is about 2 % of the range wrong. The covariance holds the ellipse's noise, not this error.
+/// tilt and 1.6 m the centre of a 1 m circle is 12 to 45 mm wrong. The covariance holds the ellipse's noise
+/// (variances to about a third), not this error.
 std::optional<CircleSolution> four_point_pose(const EllipseFit& fit, const Pinhole& camera, double radius_m);
 
 }  // namespace stevedore

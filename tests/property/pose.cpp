@@ -116,26 +116,31 @@ EllipseCovariance correlated(const Ellipse& e, double sigma_px) {
   return sigma_px * sigma_px * root * root.transpose();
 }
 
-/// Second moment, about the estimate, of the centre that `solve` finds for ellipses drawn from the fit's
-/// Gaussian.
+struct Spread {
+  Eigen::Matrix3d center_m2 = Eigen::Matrix3d::Zero();
+  double normal_rad2 = 0;  // mean of two directions
+};
+
+/// Second moments, about the estimate, of what `solve` finds for ellipses drawn from the fit's Gaussian.
 template <class Solve>
-Eigen::Matrix3d monte_carlo(const EllipseFit& fit, const Eigen::Vector3d& estimate_m, Solve solve) {
+Spread monte_carlo(const EllipseFit& fit, const CircleSolution& estimate, Solve solve) {
   constexpr int draws = 20000;
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   const EllipseCovariance root = fit.covariance.llt().matrixL();
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  const Ellipse& e = fit.ellipse;
+  Spread spread;
   for (int i = 0; i < draws; ++i) {
     Eigen::Matrix<double, 5, 1> x;
     for (double& value : x) value = normal(random);
     x = root * x;
-    const Ellipse& e = fit.ellipse;
-    const Eigen::Vector3d off_m =
-        solve(normalized({e.u_px + x[0], e.v_px + x[1], e.a_px + x[2], e.b_px + x[3], e.alpha_rad + x[4]})) -
-        estimate_m;
-    moment += off_m * off_m.transpose() / draws;
+    const CircleSolution drawn =
+        solve(normalized({e.u_px + x[0], e.v_px + x[1], e.a_px + x[2], e.b_px + x[3], e.alpha_rad + x[4]}));
+    const Eigen::Vector3d off_m = drawn.center_camera_m - estimate.center_camera_m;
+    spread.center_m2 += off_m * off_m.transpose() / draws;
+    spread.normal_rad2 += (drawn.normal_camera - estimate.normal_camera).squaredNorm() / 2 / draws;
   }
-  return moment;
+  return spread;
 }
 
 double relative_difference(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
@@ -220,13 +225,13 @@ TEST_CASE("conic: the covariance is that of ellipses drawn from the fit's Gaussi
       const auto solutions = conic_pose(fit, camera, circle.radius_m);
       REQUIRE(solutions);
       for (const CircleSolution& s : *solutions) {
-        const Eigen::Matrix3d moment = monte_carlo(fit, s.center_camera_m, [&](const Ellipse& e) {
+        const Spread spread = monte_carlo(fit, s, [&](const Ellipse& e) {
           return nearer(*conic_pose(exact(e), camera, circle.radius_m),
-                        {s.center_camera_m, s.normal_camera, 0})
-              .center_camera_m;
+                        {s.center_camera_m, s.normal_camera, 0});
         });
         INFO(tilt << " deg at " << depth << " m");
-        CHECK(relative_difference(s.covariance_m2, moment) < 0.05);
+        CHECK(relative_difference(s.covariance_m2, spread.center_m2) < 0.05);
+        CHECK(s.normal_variance_rad2 == Approx(spread.normal_rad2).epsilon(0.05));
       }
     }
 }
@@ -275,7 +280,15 @@ TEST_CASE("four_point: its error grows with tilt, the price of Assumption 1") {
                       const double error_m = (solution->center_camera_m - circle.center_m).norm();
                       REQUIRE(error_m > least);
                       REQUIRE(error_m < most);
+                      REQUIRE(solution->normal_camera.dot(solution->center_camera_m) < 0);
                     });
+}
+
+TEST_CASE("four_point: the normal is towards the camera for circles seen almost from the side") {
+  for_each_circle({60, 80}, {1.6, 5}, [](const Circle& circle, const Ellipse& ellipse) {
+    if (const auto solution = four_point_pose(exact(ellipse), camera, circle.radius_m))
+      REQUIRE(solution->normal_camera.dot(solution->center_camera_m) <= 0);
+  });
 }
 
 TEST_CASE("four_point: the covariance is that of ellipses drawn from the fit's Gaussian") {
@@ -286,11 +299,12 @@ TEST_CASE("four_point: the covariance is that of ellipses drawn from the fit's G
     fit.covariance = correlated(fit.ellipse, 0.02);
     const auto solution = four_point_pose(fit, camera, circle.radius_m);
     REQUIRE(solution);
-    const Eigen::Matrix3d moment = monte_carlo(fit, solution->center_camera_m, [&](const Ellipse& e) {
-      return four_point_pose(exact(e), camera, circle.radius_m)->center_camera_m;
+    const Spread spread = monte_carlo(fit, *solution, [&](const Ellipse& e) {
+      return *four_point_pose(exact(e), camera, circle.radius_m);
     });
     INFO(tilt << " deg");
     // solvePnP's residuals are not small where its model is wrong, and the covariance takes them to be
-    CHECK(relative_difference(solution->covariance_m2, moment) < 0.3);
+    CHECK(relative_difference(solution->covariance_m2, spread.center_m2) < 0.3);
+    CHECK(solution->normal_variance_rad2 == Approx(spread.normal_rad2).epsilon(0.4));
   }
 }

@@ -63,9 +63,10 @@ TEST_CASE(
     "end") {
   EllipseFit endless = overhead();
   endless.covariance(3, 3) = nan_value;
-  for (const EllipseFit& fit : {changed(&Ellipse::b_px, 0), changed(&Ellipse::b_px, -3),
-                                changed(&Ellipse::b_px, 90), changed(&Ellipse::u_px, nan_value),
-                                changed(&Ellipse::a_px, std::numeric_limits<double>::infinity()), endless}) {
+  for (const EllipseFit& fit :
+       {changed(&Ellipse::b_px, 0), changed(&Ellipse::b_px, -3), changed(&Ellipse::b_px, 90),
+        changed(&Ellipse::b_px, 1e-9), changed(&Ellipse::u_px, nan_value),
+        changed(&Ellipse::a_px, std::numeric_limits<double>::infinity()), endless}) {
     CHECK_FALSE(conic_pose(fit, camera, 0.5));
     CHECK_FALSE(four_point_pose(fit, camera, 0.5));
   }
