@@ -40,6 +40,7 @@ struct LogIndex {
   std::map<int64_t, Notes> notes;
   std::vector<int64_t> frame_utimes;  ///< of frames whose pixels are in the log
   int64_t references = 0;             ///< frames that point into a ring
+  int64_t unreadable = 0;             ///< messages on FRAME that are no frames of this version
 };
 
 Ellipse ellipse_of(const ellipse_shape_t& e) {
@@ -96,6 +97,7 @@ LogIndex read_index(const std::string& log) {
       }
       continue;
     }
+    if (event->channel == channels::frame.name) ++index.unreadable;
     note_event(*event, channels::ellipses, index);
     note_event(*event, channels::tracks, index);
     note_event(*event, channels::poses, index);
@@ -131,12 +133,12 @@ std::vector<std::string> caption_of(int64_t frame_seq, const Notes& notes) {
 cv::Mat drawn(const cv::Mat& pixels, int64_t frame_seq, const Notes& notes) {
   Canvas canvas(pixels);
   for (const Ellipse& ellipse : notes.ellipses) canvas.ellipse(ellipse, cyan);
-  if (notes.window) canvas.ellipse(*notes.window, yellow);
   if (notes.target && notes.target_status == track_t::STATUS_TRACKING)
     canvas.ellipse(*notes.target, green, 3);
   if (notes.target && notes.target_status == track_t::STATUS_PREDICTED) {
     canvas.dashed_ellipse(*notes.target, green, 2);
   }
+  if (notes.window) canvas.ellipse(*notes.window, yellow);  // thin, on top: it is often right on the target
   canvas.caption(caption_of(frame_seq, notes));
   return canvas.image();
 }
@@ -231,21 +233,26 @@ Written write_images(const Options& options, const LogIndex& index, std::optiona
   return written;
 }
 
-constexpr const char* about_references =
-    "{} of its frames are references to shared memory that is gone: their pixels are not in the log.\n"
-    "Write logs with `record`, which takes the pixels from there, or start the set with inline frames\n"
-    "(camera.transport=inline).";
+/// What the log should hold and does not; empty when there is nothing to say.
+std::string shortcomings(const LogIndex& index) {
+  std::string text;
+  if (index.references > 0) {
+    text += fmt::format(
+        "{} frames are references to shared memory that is gone: their pixels are not in the log.\n"
+        "Write logs with `record`, which takes the pixels from there, or start the set with inline\n"
+        "frames (camera.transport=inline).\n",
+        index.references);
+  }
+  if (index.unreadable > 0) {
+    text += fmt::format("{} frames can't be read: damaged, or of another version.\n", index.unreadable);
+  }
+  return text;
+}
 
 int overlay(const Options& options) {
   const LogIndex index = read_index(options.log);
-  if (index.frame_utimes.empty()) {
-    throw std::runtime_error(options.log + ": " +
-                             (index.references > 0
-                                  ? fmt::format(about_references, index.references)
-                                  : std::string("no FRAME of this system can be read in it")));
-  }
-  if (index.references > 0)
-    fmt::print(stderr, "{}: {}\n", options.log, fmt::format(about_references, index.references));
+  fmt::print(stderr, "{}", shortcomings(index));
+  if (index.frame_utimes.empty()) throw std::runtime_error(options.log + ": there is no frame to draw on");
 
   const double rate_hz = rate_of(index.frame_utimes) / static_cast<double>(options.every);
   std::optional<Video> video;
@@ -279,7 +286,11 @@ int run(int argc, char** argv) {
   app.footer(
       "Cyan: every ellipse. Green: the target; thick when it was measured, dashed when predicted.\n"
       "Yellow: CAMShift's window. Frames narrower than 640 pixels are enlarged twofold.");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
   if (options.out.empty() && options.frames.empty()) {
     fmt::print(stderr, "Say what to write: --out FILE.mp4, --frames DIR, or both.\n");
     return 2;

@@ -32,7 +32,11 @@ int run(int argc, char** argv) {
       "skipped: passed over by choice because a newer frame was there. kernel drops show up as lost too.\n"
       "A stage's latency runs from the publishing of what it answers to its own publishing; the\n"
       "camera's from capture.");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
 
   stevedore::LogReader reader(log);
   stevedore::LogSummary summary;

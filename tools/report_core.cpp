@@ -134,7 +134,10 @@ StageReport LogSummary::stage_report(const StageLine& line) const {
     stage.skipped = stage.skipped.value_or(0);
     for (const auto& input : health.inputs) {
       if (input.channel != line.input && input.channel != line.frames_in) continue;
-      if (input.channel == line.input) stage.in += input.received;
+      if (input.channel == line.input) {
+        stage.in += input.received;
+        stage.missed += lost_of(input) + input.skipped;
+      }
       *stage.lost += lost_of(input);
       *stage.skipped += input.skipped;
     }
@@ -172,12 +175,15 @@ Report LogSummary::report() const {
   report.answered = static_cast<int64_t>(latencies_us.size());
   report.latency = percentiles_of(std::move(latencies_us));
   report.tracked = static_cast<int64_t>(tracked_utimes_.size());
+  int64_t missed = 0;
   for (const StageLine& line : stage_lines) {
     report.stages.push_back(stage_report(line));
+    missed += report.stages.back().missed;
     report.frames_lost += report.stages.back().lost.value_or(0);
     report.frames_skipped += report.stages.back().skipped.value_or(0);
   }
   report.frames = std::max(report.frames, report.stages.front().out);  // FRAMEs that the log lacks
+  report.unexplained = std::max<int64_t>(0, report.frames - report.answered - missed);
   for (const auto& [channel, outputs] : outputs_) report.missing_in_log += missing(outputs);
   report.unreadable = unreadable_;
   return report;
@@ -211,18 +217,16 @@ std::string row(const StageReport& stage) {
 
 /// What keeps the figures from being the whole truth.
 std::string remarks(const Report& report) {
-  std::string text;
+  std::string text, unheard;
   for (const StageReport& stage : report.stages) {
-    if (!stage.lost) {
-      text += fmt::format("No HEALTH of {} in the log: what it lost is not known.\n", stage.process);
-    }
+    if (!stage.lost) unheard += (unheard.empty() ? "" : ", ") + stage.process;
   }
-  const int64_t unanswered = report.frames - report.answered - report.frames_lost - report.frames_skipped;
-  if (unanswered > 0) {
+  if (!unheard.empty()) text += fmt::format("No HEALTH, so losses not known: {}.\n", unheard);
+  if (report.unexplained > 0) {
     text += fmt::format(
-        "{} frames had no answer though nobody counted them: a process was away, or\n"
-        "the log ends before its answers.\n",
-        unanswered);
+        "{} frames had no answer though nobody counted them lost: a process was away, or the log is\n"
+        "not complete.\n",
+        report.unexplained);
   }
   if (report.missing_in_log > 0) {
     text += fmt::format("{} messages of the line were published but are not in the log.\n",

@@ -65,6 +65,7 @@ struct StageReport {
   std::optional<int64_t> lost;
   std::optional<int64_t> skipped;
   std::optional<int64_t> kernel_drops;
+  int64_t missed = 0;  ///< of lost and skipped, those that left a frame unanswered: on the input it answers
   int64_t restarts = 0;
   /// Publish stamp minus that of the message it answers; the camera's: minus capture. So they add up.
   std::optional<Percentiles> latency;
@@ -79,6 +80,7 @@ struct Report {
   int64_t frames_skipped = 0;
   std::optional<Percentiles> latency;  ///< capture to MISSION
   std::vector<StageReport> stages;     ///< in the line's order
+  int64_t unexplained = 0;             ///< unanswered though no process counted them
   int64_t missing_in_log = 0;          ///< messages of the line that were published but not logged
   int64_t unreadable = 0;              ///< messages on this system's channels that are not of its types
 };

@@ -66,11 +66,15 @@ int run(int argc, char** argv) {
   app.add_option("--lcm-url", url, "LCM's address")->capture_default_str();
   app.set_version_flag("--version", version());
   app.footer(
-      "The line: elapsed time, frames in/out, frames a second, frames with the target measured,\n"
-      "status and track of the target, phase of the mission, latency from capture to MISSION (p50/p99 of\n"
-      "the last second), lost and skipped messages of all processes, emergencies.\n"
+      "The line: elapsed time, frames in/out, frames a second, frames with the target measured, status and\n"
+      "number of the target, phase of the mission, latency from capture to MISSION (p50/p99 of the last\n"
+      "second), lost and skipped messages of all processes, emergencies.\n"
       "Exit status: 0 worked off, 1 nothing came for too long, 130 stopped by a signal.");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
   stop_on_signals();
   LcmBus bus(url);
   return watch(bus, patience_s);

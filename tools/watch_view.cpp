@@ -57,7 +57,7 @@ void WatchView::on_tracks(const tracks_t& tracks, int64_t now) {
   output_utime_[channels::tracks.name] = now;
   if (tracks.target_status == track_t::STATUS_TRACKING) ++tracked_;
   target_ = status_name(tracks.target_status);
-  if (tracks.target_id >= 0) target_ += fmt::format(" {}", tracks.target_id);
+  if (tracks.target_id >= 0) target_ += fmt::format(" #{}", tracks.target_id);
 }
 
 void WatchView::on_poses(const poses_t&, int64_t now) {
@@ -126,11 +126,10 @@ std::string WatchView::line(int64_t now) {
   const double elapsed_s = seconds(now - std::exchange(line_utime_, now));
   const double rate_hz = elapsed_s > 0 ? static_cast<double>(latencies_us_.size()) / elapsed_s : 0;
   const auto latency = percentiles_of(std::exchange(latencies_us_, {}));
-  return fmt::format(
-      "{:4.0f} s  frames {}/{}  {:.1f}/s  tracked {}  target {}  {}  {} ms  lost {}  skipped {}{}",
-      seconds(now - start_utime_), frames_in(), frames_out_, rate_hz, tracked_, target_, phase_,
-      latency ? fmt::format("{:.0f}/{:.0f}", latency->p50_ms, latency->p99_ms) : "-", lost, skipped,
-      emergencies_.empty() ? "" : "  ! " + emergencies_);
+  return fmt::format("{:4.0f} s  frames {}/{}  {:.1f}/s  tracked {}  {}  {}  {} ms  lost {}  skipped {}{}",
+                     seconds(now - start_utime_), frames_in(), frames_out_, rate_hz, tracked_, target_,
+                     phase_, latency ? fmt::format("{:.0f}/{:.0f}", latency->p50_ms, latency->p99_ms) : "-",
+                     lost, skipped, emergencies_.empty() ? "" : "  ! " + emergencies_);
 }
 
 std::vector<std::string> WatchView::take_news() {
