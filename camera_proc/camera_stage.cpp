@@ -5,6 +5,7 @@
 #include <chrono>
 #include <exception>
 #include <thread>
+#include <vector>
 
 namespace stevedore {
 namespace {
@@ -38,11 +39,12 @@ Condition CameraStage::work() {
   const CameraStatus status = camera_.status();
   if (refusal_) return {health_t::STATE_FAILED, *refusal_};
   const CameraCounts counts = camera_.counts();
-  std::string message = status.message;
-  if (counts.unreadable > 0) message += fmt::format("; {} unreadable", counts.unreadable);
+  std::vector<std::string> remarks;
+  if (!status.message.empty()) remarks.push_back(status.message);
+  if (counts.unreadable > 0) remarks.push_back(fmt::format("{} unreadable", counts.unreadable));
   if (counts.late_ticks > 0)
-    message += fmt::format("; {} frames left out because this process was late", counts.late_ticks);
-  return {to_message(status.state), message};
+    remarks.push_back(fmt::format("{} frames left out: this process was late", counts.late_ticks));
+  return {to_message(status.state), fmt::format("{}", fmt::join(remarks, "; "))};
 }
 
 void CameraStage::send(const CameraFrame& frame) {

@@ -82,6 +82,7 @@ void TrackerStage::on_command(const track_command_t& command) {
   command_ = command;
   // the same choice sent again is for a tracker that was restarted, or has not found it yet
   if (same_choice && target_status_ != TrackStatus::searching) return;
+  if (!same_choice) tracker_.release();
   switch (command.action) {
     case track_command_t::ACTION_RELEASE:
       tracker_.release();
