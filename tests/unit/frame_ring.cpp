@@ -185,8 +185,9 @@ TEST_CASE("no notice makes the reader fail") {
   CHECK(fault_of([](frame_t& n) { n.ring_slot = 8; }) == malformed);
   CHECK(fault_of([](frame_t& n) { n.ring_slot = -1; }) == malformed);
   CHECK(fault_of([](frame_t& n) { n.ring_slot = 2147483647; }) == malformed);
-  CHECK(fault_of([](frame_t& n) { n.ring_slot = 3; }) == malformed);                // never written
-  CHECK(fault_of([](frame_t& n) { n.width_px = n.height_px = 18; }) == malformed);  // > slot
+  CHECK(fault_of([](frame_t& n) { n.ring_slot = 3; }) == malformed);                  // never written
+  CHECK(fault_of([](frame_t& n) { n.width_px = n.height_px = 18; }) == malformed);    // > slot
+  CHECK(fault_of([](frame_t& n) { n.width_px = n.height_px = 8000; }) == malformed);  // > segment
   CHECK(fault_of([](frame_t& n) { n.width_px = n.height_px = 32767; }) == malformed);
   CHECK(fault_of([](frame_t& n) { n.width_px = 5; }) == malformed);  // fits, but isn't what was written
   CHECK(fault_of([](frame_t& n) { n.format = frame_t::FORMAT_BGR8; }) == malformed);
