@@ -109,6 +109,7 @@ void load_word(Word& shared, std::uint8_t* to, std::size_t bytes = sizeof(Word))
 
 void copy_in(Word* shared, const std::uint8_t* from, std::size_t bytes) {
   for (; bytes >= line_bytes; bytes -= line_bytes, from += line_bytes, shared += line_words)
+#pragma GCC unroll 8
     for (std::size_t i = 0; i < line_words; ++i) store_word(shared[i], from + i * sizeof(Word));
   for (; bytes >= sizeof(Word); bytes -= sizeof(Word), from += sizeof(Word)) store_word(*shared++, from);
   if (bytes > 0) store_word(*shared, from, bytes);
@@ -116,6 +117,7 @@ void copy_in(Word* shared, const std::uint8_t* from, std::size_t bytes) {
 
 void copy_out(Word* shared, std::uint8_t* to, std::size_t bytes) {
   for (; bytes >= line_bytes; bytes -= line_bytes, to += line_bytes, shared += line_words)
+#pragma GCC unroll 8
     for (std::size_t i = 0; i < line_words; ++i) load_word(shared[i], to + i * sizeof(Word));
   for (; bytes >= sizeof(Word); bytes -= sizeof(Word), to += sizeof(Word)) load_word(*shared++, to);
   if (bytes > 0) load_word(*shared, to, bytes);
