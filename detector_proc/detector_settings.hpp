@@ -43,8 +43,10 @@ struct DetectorSettings {
   double ami_i3_tolerance = 1e-6;
 
   // Post-processing.
-  double max_error = 0.1;       ///< eq. (4), the paper's value
-  bool use_hull = true;         ///< the convex-hull path, section 3.2
+  double max_error = 0.1;      ///< eq. (4), the paper's value
+  double max_error_px = 0.25;  ///< mean distance that passes in any case. Rounding to the pixel grid alone is
+                               ///< 0.25 px, and eq. (4) makes 2 * 0.25 / b of it: above 0.1 for b < 5 px
+  bool use_hull = true;        ///< the convex-hull path, section 3.2
   int min_contour_points = 16;  ///< perimeter of the smallest ellipse below: 2 pi 3 = 19, less a gap
   double min_semi_axis_px = 3;  ///< below, a pixel's quantisation is a tenth of the axis and anything fits
   double min_semi_axis_partial_px = 12;
@@ -57,8 +59,9 @@ struct DetectorSettings {
   // Several contours of one mark.
   double same_distance_px = 2.5;      ///< the two sides of an edge as Canny sees it are at most 2 px apart
   double same_distance_ratio = 0.05;  ///< of the semi-minor axis: hulls and contours of one big blurred edge
-  double min_ring_ratio = 0.6;    ///< inner over outer edge; below, the inner one is a thing within a circle
-  double max_ring_spread = 0.15;  ///< of that ratio round the ring: perspective shifts the centres
+  double min_ring_ratio = 0.5;        ///< inner over outer edge; a 0.16 m rim in a 0.5 m circle is 0.32, from
+                                      ///< a metre above it 0.46
+  double max_ring_spread = 0.15;      ///< of that ratio round the ring: perspective shifts the centres
 };
 
 template <class Visitor>
@@ -74,6 +77,8 @@ void describe(DetectorSettings& s, Visitor& visit) {
   visit("ami_i3_tolerance", s.ami_i3_tolerance, 0.0, 1.0, "1",
         "raise: lopsided contours pass as whole ellipses");
   visit("max_error", s.max_error, 0.0, 1.0, "1", "raise: contours further from their ellipse are accepted");
+  visit("max_error_px", s.max_error_px, 0.0, 10.0, "px",
+        "raise: small ellipses may fit their contours worse");
   visit("use_hull", s.use_hull, "fit the convex hull of contours that fail the gate: partial ellipses");
   visit("min_contour_points", s.min_contour_points, 5, 10000, "px", "raise: short contours are left out");
   visit("min_semi_axis_px", s.min_semi_axis_px, 1.0, 1000.0, "px", "raise: small ellipses are left out");

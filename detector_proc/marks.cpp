@@ -76,8 +76,8 @@ void sort_by_size(std::vector<Detection>& found) {
   std::stable_sort(found.begin(), found.end(), [&](const auto& x, const auto& y) { return key(x) < key(y); });
 }
 
-/// A mark that evidence in the image alone calls a circle.
-bool looks_like_circle(const Detection& d, const DetectorSettings& s) {
+/// Enough of its edge is there to call it what its place says: a circle, or a cargo within one.
+bool well_supported(const Detection& d, const DetectorSettings& s) {
   return d.inner || d.coverage >= s.min_coverage_whole;
 }
 
@@ -150,13 +150,13 @@ void label_marks(std::vector<Detection>& found, const cv::Mat& edges, const Dete
   sort_by_size(found);
   for (std::size_t i = 0; i < found.size(); ++i) {
     Detection& d = found[i];
-    bool inside = false;
+    if (!well_supported(d, settings)) continue;
+    d.label = Label::circle;
     for (std::size_t j = 0; j < i; ++j) {
       if (found[j].label != Label::circle || !contains(found[j].outer.ellipse, d.outer.ellipse)) continue;
       found[j].occupied = true;
-      inside = true;
+      d.label = Label::cargo;
     }
-    d.label = inside ? Label::cargo : looks_like_circle(d, settings) ? Label::circle : Label::unknown;
   }
   for (Detection& d : found) {
     if (d.label != Label::circle || d.occupied || d.kind != Kind::whole) continue;
