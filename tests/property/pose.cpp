@@ -236,6 +236,18 @@ TEST_CASE("conic: the covariance is that of ellipses drawn from the fit's Gaussi
     }
 }
 
+TEST_CASE("conic: the covariance keeps the two solutions apart all over the image") {
+  for_each_circle({20, 45, 65}, {1.6, 5}, [](const Circle& circle, const Ellipse& ellipse) {
+    EllipseFit fit = exact(ellipse);
+    fit.covariance = 1e-6 * EllipseCovariance::Identity();
+    const auto solutions = conic_pose(fit, camera, circle.radius_m);
+    REQUIRE(solutions);
+    const double apart_m = (solutions->at(0).center_camera_m - solutions->at(1).center_camera_m).norm();
+    if (apart_m < 0.05) return;  // a thousandth of a pixel moves either by far less than that
+    for (const CircleSolution& s : *solutions) REQUIRE(std::sqrt(s.covariance_m2.trace()) < apart_m / 10);
+  });
+}
+
 TEST_CASE("conic: the covariance is honest from facing the camera to steep") {
   // mean of e^T C^-1 e over noisy measurements: 3 for a Gaussian error
   std::mt19937 random(5);
