@@ -39,7 +39,7 @@ std::optional<Percentiles> percentiles_of(std::vector<int64_t> values_us) {
   std::sort(values_us.begin(), values_us.end());
   const auto at = [&values_us](double share) {
     const auto rank = std::lround(share * static_cast<double>(values_us.size() - 1));
-    return static_cast<double>(values_us[static_cast<size_t>(rank)]) * 1e-3;
+    return static_cast<double>(values_us[static_cast<size_t>(rank)]) / 1e3;
   };
   return Percentiles{at(0.50), at(0.99)};
 }
