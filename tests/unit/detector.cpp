@@ -66,6 +66,11 @@ TEST_CASE("affine moments of a square and a triangle, under any affine map") {
   CHECK(moments_of(triangle).i1 == Approx(1.0 / 108));
   CHECK(std::abs(moments_of(triangle).i2) > 1e-7);
   CHECK(std::abs(moments_of(triangle).i3) > 1e-5);
+  // Every triangle is an affine image of every other: a wrong factor in eq. (1) tells them apart.
+  for (const Polygon& other : {Polygon{{0, 0}, {10, 0}, {0, 10}}, Polygon{{-5, 3}, {50, -20}, {11, 40}}}) {
+    CHECK(moments_of(other).i2 == Approx(moments_of(triangle).i2));
+    CHECK(moments_of(other).i3 == Approx(moments_of(triangle).i3));
+  }
   CHECK_FALSE(affine_moments(cv::moments(Polygon{{0, 0}, {10, 0}, {20, 0}})));
 }
 
@@ -214,6 +219,41 @@ TEST_CASE("polygons and lines are no ellipses") {
                cv::Scalar::all(200));
   cv::line(image, {10, 200}, {310, 160}, cv::Scalar::all(255), 3);
   CHECK(Detector().detect(image).empty());
+}
+
+TEST_CASE("a square is no whole ellipse: the AMI gate") {
+  cv::Mat image = grey_image(320, 240, 60);
+  cv::rectangle(image, cv::Rect(100, 60, 120, 120), cv::Scalar::all(220), cv::FILLED);
+  DetectorSettings s;  // the gate alone
+  s.max_error = 1;
+  s.min_coverage_whole = s.min_coverage_partial = 0;
+  const auto whole = [](const Detection& d) { return d.kind == Kind::whole; };
+  const auto found = Detector(s).detect(image);
+  CHECK(std::none_of(found.begin(), found.end(), whole));
+  s.ami_i1_tolerance = 1e-3;
+  const auto more = Detector(s).detect(image);
+  CHECK(std::any_of(more.begin(), more.end(), whole));
+}
+
+TEST_CASE("what fits its contour worse than both error limits is left out") {
+  const cv::Mat scene = disc_scene({160, 120, 60, 35, 0.5});  // its error is 0.01: 0.2 px of rounding
+  DetectorSettings s;
+  s.max_error = 0.001;
+  s.max_error_px = 0.001;
+  CHECK(Detector(s).detect(scene).empty());
+  s.max_error_px = 0.5;
+  CHECK(Detector(s).detect(scene).size() == 1);
+  s.max_error = 0.1;
+  s.max_error_px = 0;
+  CHECK(Detector(s).detect(scene).size() == 1);
+}
+
+TEST_CASE("flatter than max_aspect is left out") {
+  const cv::Mat flat = disc_scene({160, 120, 120, 18, 0.1});
+  CHECK(Detector().detect(flat).empty());
+  DetectorSettings any_aspect;
+  any_aspect.max_aspect = 10;
+  CHECK(Detector(any_aspect).detect(flat).size() == 1);
 }
 
 TEST_CASE("paint of the ground's brightness is found by its colour") {
