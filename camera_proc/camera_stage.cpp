@@ -65,7 +65,7 @@ std::optional<std::string> CameraStage::put_pixels(const cv::Mat& pixels, frame_
     if (settings_.transport == "jpeg") encode_jpeg(pixels, message, settings_.jpeg_quality);
     if (settings_.transport == "png") encode_png(pixels, message);
     if (settings_.transport == "raw") encode_raw(pixels, message);
-    return inline_refusal(message.data.size());
+    return inline_refusal(static_cast<size_t>(message.getEncodedSize()));
   } catch (const std::exception& error) {
     return error.what();
   }

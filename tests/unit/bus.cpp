@@ -1,4 +1,4 @@
-#include "runtime/bus.hpp"
+#include "tests/support/memory_bus.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,26 +7,6 @@
 using namespace stevedore;
 
 namespace {
-
-/// Keeps what is published; the test carries it on.
-class TestBus final : public Bus {
- public:
-  explicit TestBus(int64_t run_id = 7) : Bus(run_id) {}
-  using Bus::deliver_newest;
-  void deliver(const std::string& channel, const std::vector<uint8_t>& bytes) {
-    receive(channel, bytes.data(), bytes.size());
-  }
-  int64_t now = 1000;
-  std::vector<std::pair<std::string, std::vector<uint8_t>>> sent;
-  std::vector<std::string> listened;
-
- private:
-  int64_t now_utime() const override { return now; }
-  void transmit(const std::string& channel, const std::vector<uint8_t>& bytes) override {
-    sent.emplace_back(channel, bytes);
-  }
-  void listen(const std::string& channel) override { listened.push_back(channel); }
-};
 
 hook_state_t hook(double load_n = 15) {
   hook_state_t message{};
@@ -46,7 +26,7 @@ M decoded(const std::vector<uint8_t>& bytes) {
 }  // namespace
 
 TEST_CASE("what is published is numbered and stamped, and arrives") {
-  TestBus sender(1), receiver(2);
+  MemoryBus sender(1), receiver(2);
   std::vector<double> loads;
   receiver.subscribe<hook_state_t>(channels::hook_state,
                                    [&](const hook_state_t& m) { loads.push_back(m.load_n); });
@@ -63,7 +43,7 @@ TEST_CASE("what is published is numbered and stamped, and arrives") {
 }
 
 TEST_CASE("gaps are counted, a restarted publisher is none") {
-  TestBus sender(1), restarted(3), receiver(2);
+  MemoryBus sender(1), restarted(3), receiver(2);
   receiver.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
   for (int i = 0; i < 6; ++i) sender.publish(channels::hook_state, hook());
   restarted.publish(channels::hook_state, hook());
@@ -75,7 +55,7 @@ TEST_CASE("gaps are counted, a restarted publisher is none") {
 }
 
 TEST_CASE("a corrupt message is counted and dropped, never handed out") {
-  TestBus sender, receiver;
+  MemoryBus sender, receiver;
   int handled = 0;
   receiver.subscribe<hook_state_t>(channels::hook_state, [&](const hook_state_t&) { ++handled; });
   receiver.subscribe<ellipses_t>(channels::ellipses, [&](const ellipses_t&) { ++handled; });
@@ -93,7 +73,7 @@ TEST_CASE("a corrupt message is counted and dropped, never handed out") {
   bytes = std::vector<uint8_t>(good.size() + 1);  // too long
   std::copy(good.begin(), good.end(), bytes.begin());
   receiver.deliver("HOOK_STATE", bytes);
-  TestBus spoiler;
+  MemoryBus spoiler;
   spoiler.publish(channels::hook_state, hook(std::numeric_limits<double>::quiet_NaN()));
   receiver.deliver("HOOK_STATE", spoiler.sent[0].second);
   CHECK(handled == 0);
@@ -117,7 +97,7 @@ TEST_CASE("a corrupt message is counted and dropped, never handed out") {
 }
 
 TEST_CASE("newest: what is superseded is skipped, not lost") {
-  TestBus sender, receiver;
+  MemoryBus sender, receiver;
   std::vector<double> loads;
   receiver.subscribe<hook_state_t>(
       channels::hook_state, [&](const hook_state_t& m) { loads.push_back(m.load_n); }, Delivery::newest);
@@ -133,7 +113,7 @@ TEST_CASE("newest: what is superseded is skipped, not lost") {
 }
 
 TEST_CASE("an answer says what it answers and what had been read") {
-  TestBus sender(11), middle(12);
+  MemoryBus sender(11), middle(12);
   middle.subscribe<altimeter_t>(channels::altimeter, [](const altimeter_t&) {});
   middle.subscribe<hook_state_t>(channels::hook_state,
                                  [&](const hook_state_t& m) { middle.publish(channels::hook_state, m); });
@@ -153,7 +133,7 @@ TEST_CASE("an answer says what it answers and what had been read") {
 }
 
 TEST_CASE("subscribing twice and inconsistent messages are programming errors") {
-  TestBus bus;
+  MemoryBus bus;
   bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
   CHECK_THROWS_AS(bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {}),
                   std::logic_error);

@@ -27,7 +27,8 @@ View view(double time_s, std::vector<Mark> marks, std::optional<int64_t> target 
 
 bool has(const Mission& mission, Emergency kind) {
   const auto& raised = mission.decision().emergencies;
-  return std::any_of(raised.begin(), raised.end(), [kind](const RaisedEmergency& e) { return e.kind == kind; });
+  return std::any_of(raised.begin(), raised.end(),
+                     [kind](const RaisedEmergency& e) { return e.kind == kind; });
 }
 
 }  // namespace

@@ -1,0 +1,246 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "detector_proc/detector_stage.hpp"
+#include "mission_proc/mission_stage.hpp"
+#include "pose_proc/pose_stage.hpp"
+#include "tests/support/film.hpp"
+#include "tests/support/memory_bus.hpp"
+#include "tracker_proc/tracker_stage.hpp"
+
+using namespace stevedore;
+
+namespace {
+
+constexpr int64_t frame_us = 33'333;
+
+frame_t frame_of(const cv::Mat& image, int64_t k) {
+  frame_t frame{};
+  frame.header.utime = 1'000'000 + k * frame_us;
+  frame.header.frame_seq = k;
+  frame.header.seq = k;
+  encode_raw(image, frame);
+  return frame;
+}
+
+ellipse_t circle_message(double u_px, double v_px, double radius_px = 40) {
+  ellipse_t ellipse{};
+  ellipse.outer.u_px = u_px;
+  ellipse.outer.v_px = v_px;
+  ellipse.outer.a_px = radius_px;
+  ellipse.outer.b_px = radius_px * 0.9;
+  for (int i = 0; i < 5; ++i) ellipse.outer.covariance[6 * i] = 0.01;
+  ellipse.coverage = 1;
+  ellipse.kind = ellipse_t::KIND_WHOLE;
+  ellipse.label = ellipse_t::LABEL_CIRCLE;
+  return ellipse;
+}
+
+ellipses_t ellipses_of(int64_t k, const std::vector<ellipse_t>& found) {
+  ellipses_t ellipses{};
+  ellipses.header.utime = 1'000'000 + k * frame_us;
+  ellipses.header.frame_seq = k;
+  ellipses.header.seq = k;
+  ellipses.width_px = 640;
+  ellipses.height_px = 480;
+  ellipses.search = ellipses_t::SEARCH_FULL;
+  ellipses.ellipses = found;
+  ellipses.count = static_cast<int16_t>(found.size());
+  return ellipses;
+}
+
+tracks_t tracks_of(int64_t k, const std::vector<ellipse_t>& found) {
+  tracks_t tracks{};
+  tracks.header = ellipses_of(k, {}).header;
+  tracks.width_px = 640;
+  tracks.height_px = 480;
+  tracks.target_id = -1;
+  tracks.target_status = track_t::STATUS_SEARCHING;
+  for (const auto& ellipse : found) {
+    track_t track{};
+    track.id = static_cast<int64_t>(tracks.tracks.size()) + 1;
+    track.ellipse = ellipse;
+    track.age_frames = 10;
+    track.status = track_t::STATUS_TRACKING;
+    tracks.tracks.push_back(track);
+  }
+  tracks.count = static_cast<int16_t>(found.size());
+  return tracks;
+}
+
+poses_t poses_of(int64_t k, int64_t id) {
+  poses_t poses{};
+  poses.header = ellipses_of(k, {}).header;
+  poses.target_id = -1;
+  poses.target_status = track_t::STATUS_SEARCHING;
+  pose_t pose{};
+  pose.track_id = id;
+  pose.age_frames = 10;
+  pose.status = track_t::STATUS_TRACKING;
+  pose.u_px = 320;
+  pose.v_px = 200;
+  pose.a_px = pose.b_px = 40;
+  pose.coverage = 1;
+  pose.kind = ellipse_t::KIND_WHOLE;
+  pose.label = ellipse_t::LABEL_CIRCLE;
+  poses.poses.push_back(pose);
+  poses.count = 1;
+  return poses;
+}
+
+}  // namespace
+
+TEST_CASE("detector stage: a frame gives its ellipses, an unusable one is counted") {
+  MemoryBus bus;
+  FrameReader frames;
+  const DetectorStage stage(DetectorSettings{}, bus, frames, Delivery::every);
+  const FilmFrame film = film_frame(0);
+  bus.deliver(channels::frame, frame_of(film.image, 0));
+  const auto ellipses = bus.published_on(channels::ellipses);
+  REQUIRE(ellipses.size() == 1);
+  CHECK(ellipses[0].header.utime == 1'000'000);
+  CHECK(ellipses[0].header.trace.cause == "FRAME");
+  CHECK(ellipses[0].ellipses.size() >= film.outer_edges.size());
+
+  frame_t gone = frame_of(film.image, 1);
+  gone.encoding = frame_t::ENCODING_RING;
+  gone.ring_name = "no-such-ring";
+  gone.data.clear();
+  gone.size = 0;
+  bus.deliver(channels::frame, gone);
+  frame_t torn = frame_of(film.image, 2);
+  torn.encoding = frame_t::ENCODING_JPEG;
+  bus.deliver(channels::frame, torn);
+  CHECK(bus.published_on(channels::ellipses).size() == 1);
+  CHECK(bus.counters("FRAME").lost_stale == 1);
+  CHECK(bus.counters("FRAME").lost_malformed == 1);
+}
+
+TEST_CASE("tracker stage: a restarted tracker takes the target up where it was last seen, whatever its id") {
+  track_command_t command{};
+  command.action = track_command_t::ACTION_BY_ID;
+  command.choice = 1;
+  MemoryBus bus;
+  FrameReader frames;
+  TrackerStage stage(TrackerSettings{}, bus, frames);
+  const std::vector<ellipse_t> found = {circle_message(100, 100), circle_message(400, 300)};
+  bus.deliver(channels::ellipses, ellipses_of(0, found));
+  const auto first = bus.published_on(channels::tracks).back();
+  REQUIRE(first.tracks.size() == 2);
+  CHECK(first.target_status == track_t::STATUS_SEARCHING);
+
+  // the id is another object's here: it was given by an earlier run of the tracker
+  command.id = first.tracks[0].id;
+  command.u_px = 402;
+  command.v_px = 303;
+  bus.deliver(channels::track_command, command);
+  bus.deliver(channels::ellipses, ellipses_of(1, found));
+  const auto second = bus.published_on(channels::tracks).back();
+  CHECK(second.target_status == track_t::STATUS_TRACKING);
+  CHECK(second.target_id == first.tracks[1].id);
+
+  // the same choice again, later and from elsewhere, changes nothing; another choice does
+  command.u_px = command.v_px = 100;
+  bus.deliver(channels::track_command, command);
+  bus.deliver(channels::ellipses, ellipses_of(2, found));
+  CHECK(bus.published_on(channels::tracks).back().target_id == first.tracks[1].id);
+  command.choice = 2;
+  bus.deliver(channels::track_command, command);
+  bus.deliver(channels::ellipses, ellipses_of(3, found));
+  CHECK(bus.published_on(channels::tracks).back().target_id == first.tracks[0].id);
+}
+
+TEST_CASE("tracker stage: the frame that ELLIPSES names is used though newer ones have come") {
+  MemoryBus bus;
+  FrameReader frames;
+  TrackerStage stage(TrackerSettings{}, bus, frames);
+  track_command_t command{};
+  command.action = track_command_t::ACTION_FIRST_CIRCLE;
+  command.choice = 1;
+  bus.deliver(channels::track_command, command);
+  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(40));
+  cv::circle(image, {320, 240}, 40, cv::Scalar(220), cv::FILLED);
+  const cv::Mat empty(480, 640, CV_8UC1, cv::Scalar(40));
+  for (int64_t k = 0; k < 4; ++k) {
+    bus.deliver(channels::frame, frame_of(image, 2 * k));
+    bus.deliver(channels::frame, frame_of(empty, 2 * k + 1));
+    bus.deliver(channels::ellipses, ellipses_of(2 * k, {circle_message(320, 240)}));
+  }
+  const auto last = bus.published_on(channels::tracks).back();
+  CHECK(last.target_status == track_t::STATUS_TRACKING);
+  REQUIRE(last.has_window);
+  CHECK(std::hypot(last.window_u_px - 320, last.window_v_px - 240) < 5);
+}
+
+TEST_CASE("pose stage: metres with a camera, a reason without, attitude where it is there") {
+  CameraModel camera;
+  camera.given = camera.rectified = film_camera();
+  MemoryBus with, without;
+  PoseStage stage_with(PoseSettings{}, camera, with), stage_without(PoseSettings{}, std::nullopt, without);
+  const tracks_t tracks = tracks_of(0, {circle_message(400, 300)});
+
+  without.deliver(channels::tracks, tracks);
+  const auto none = without.published_on(channels::poses).back();
+  REQUIRE(none.poses.size() == 1);
+  CHECK(none.poses[0].solution_count == 0);
+  CHECK(none.poses[0].reason == "no camera file");
+
+  with.deliver(channels::tracks, tracks);
+  const auto free = with.published_on(channels::poses).back();
+  REQUIRE(free.poses[0].solution_count == 2);
+  CHECK(free.poses[0].chosen_by == pose_t::CHOSEN_BY_OPTICAL_AXIS);
+  CHECK_FALSE(free.has_gravity);
+
+  vehicle_state_t vehicle{};
+  vehicle.header.utime = tracks.header.utime - 10'000;
+  vehicle.ned_from_body[0] = 1;
+  with.deliver(channels::vehicle_state, vehicle);
+  with.deliver(channels::tracks, tracks);
+  const auto level = with.published_on(channels::poses).back();
+  CHECK(level.has_gravity);
+  CHECK(level.gravity_camera[2] == Approx(1));
+  CHECK(level.poses[0].chosen_by == pose_t::CHOSEN_BY_ATTITUDE);
+  CHECK(level.poses[0].has_level);
+
+  with.deliver(channels::tracks,
+               tracks_of(30, {circle_message(400, 300)}));  // a second later the attitude is too old
+  CHECK_FALSE(with.published_on(channels::poses).back().has_gravity);
+}
+
+TEST_CASE("mission stage: the choice is sent at once and again at 2 Hz") {
+  MemoryBus bus;
+  MissionStage stage(MissionSettings{}, bus);
+  for (int64_t k = 0; k < 31; ++k) bus.deliver(channels::poses, poses_of(k, 5));
+  const auto commands = bus.published_on(channels::track_command);
+  REQUIRE(commands.size() == 3);  // 0, 0.5 and 1 s
+  CHECK(commands[0].id == 5);
+  CHECK(commands[0].u_px == 320);
+  CHECK(commands[2].choice == commands[0].choice);
+  CHECK(bus.published_on(channels::mission).size() == 31);
+}
+
+TEST_CASE("mission stage: silent vision is an emergency, with TIMEOUT or VEHICLE_STATE as the clock") {
+  MemoryBus bus;
+  MissionStage stage(MissionSettings{}, bus);
+  bus.deliver(channels::poses, poses_of(0, 5));
+  timeout_t timeout{};
+  timeout.channel = "VEHICLE_STATE";
+  timeout.header.utime = 1'000'000 + 400'000;
+  bus.deliver(channels::timeout, timeout);
+  CHECK(bus.published_on(channels::mission).size() == 1);
+  timeout.header.utime += 200'000;
+  bus.deliver(channels::timeout, timeout);
+  REQUIRE(bus.published_on(channels::mission).size() == 2);
+  REQUIRE(bus.published_on(channels::mission).back().emergency_count == 1);
+  CHECK(bus.published_on(channels::mission).back().emergencies[0].kind == emergency_t::KIND_VISION_STALE);
+
+  poses_t poses = poses_of(20, 5);
+  bus.deliver(channels::poses, poses);
+  CHECK(bus.published_on(channels::mission).back().emergency_count == 0);
+  vehicle_state_t vehicle{};
+  vehicle.ned_from_body[0] = 1;
+  vehicle.header.utime = poses.header.utime + 700'000;
+  bus.deliver(channels::vehicle_state, vehicle);
+  CHECK(bus.published_on(channels::mission).back().emergencies.at(0).kind == emergency_t::KIND_VISION_STALE);
+}
