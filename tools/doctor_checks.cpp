@@ -204,7 +204,7 @@ Finding check_libraries() {
 /// What OpenCV reads video with, from the lines "NAME: YES (...)" of its build information.
 Finding check_video_support() {
   std::vector<std::string> missing, there;
-  const std::string information = cv::getBuildInformation();
+  const std::string& information = cv::getBuildInformation();
   for (const std::string name : {"FFMPEG", "GStreamer", "v4l/v4l2"}) {
     const auto at = information.find(name + ":");
     const auto end = information.find('\n', at);
