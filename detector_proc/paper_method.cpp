@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
@@ -63,10 +64,18 @@ EllipseFit fit_of_edge(Ellipse e, const Points& points, Trace trace, bool hull) 
   return fit;
 }
 
+/// The contour is too small for the covered part of the smallest partial ellipse, whose ends are at least
+/// this far apart. Saves the hull and the fit on most contours of textured ground.
+bool too_small_for_partial(const Points& points, const DetectorSettings& s) {
+  const double arc_rad = 2 * std::numbers::pi * std::min(s.min_coverage_partial, 0.5);
+  const cv::Size2d size = cv::boundingRect(points).size();
+  return std::hypot(size.width, size.height) < 2 * s.min_semi_axis_partial_px * std::sin(arc_rad / 2);
+}
+
 /// Steps 2 to 4 for one contour.
 std::optional<Detection> examine(const Contour& contour, cv::Size image, const DetectorSettings& s) {
   const bool whole = passes_gate(contour.points, s);
-  if (!whole && !s.use_hull) return std::nullopt;
+  if (!whole && (!s.use_hull || too_small_for_partial(contour.points, s))) return std::nullopt;
   const Points hull = whole ? Points{} : convex_hull(contour.points);
   const Points& points = whole ? contour.points : hull;
 
