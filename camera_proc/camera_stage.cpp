@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <exception>
-#include <thread>
 #include <vector>
 
 namespace stevedore {
@@ -35,7 +33,7 @@ CameraStage::CameraStage(const CameraSettings& settings, const std::optional<Cam
 
 Condition CameraStage::work() {
   if (const auto frame = camera_.next()) send(*frame);
-  std::this_thread::sleep_for(std::chrono::microseconds(camera_.wait_us()));
+  camera_.wait();
   const CameraStatus status = camera_.status();
   if (refusal_) return {health_t::STATE_FAILED, *refusal_};
   const CameraCounts counts = camera_.counts();

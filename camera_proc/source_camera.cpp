@@ -1,10 +1,12 @@
 #include "camera_proc/source_camera.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <thread>
 #include <utility>
 
 #include "runtime/time.hpp"
@@ -223,6 +225,10 @@ CameraCounts Camera::counts() const {
   CameraCounts counts = counts_;
   if (pacer_) counts.late_ticks += pacer_->late_ticks();
   return counts;
+}
+
+void Camera::wait() const {
+  std::this_thread::sleep_for(std::chrono::microseconds(wait_us()));
 }
 
 std::int64_t Camera::wait_us() const {

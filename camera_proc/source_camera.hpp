@@ -71,6 +71,8 @@ class Camera {
   /// How long next() surely has nothing, at most 100 ms: sleep that long, so that a stop request is obeyed
   /// soon.
   [[nodiscard]] std::int64_t wait_us() const;
+  /// Sleeps that long.
+  void wait() const;
 
  private:
   bool open();

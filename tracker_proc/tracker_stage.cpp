@@ -88,7 +88,7 @@ void TrackerStage::on_command(const track_command_t& command) {
       tracker_.release();
       break;
     case track_command_t::ACTION_BY_ID:
-      tracker_.follow_id(command.id, pixel_of(command));
+      follow_id(command.id, pixel_of(command));
       break;
     case track_command_t::ACTION_BY_PIXEL:
       tracker_.follow_pixel({command.u_px, command.v_px});

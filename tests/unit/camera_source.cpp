@@ -206,7 +206,7 @@ TEST_CASE("the schedule is absolute, and late ticks are left out and counted") {
   CHECK(slow.late_ticks() == 2);
 }
 
-TEST_CASE("image files are played in order at the rate; an unreadable one is counted and passed over") {
+TEST_CASE("image files are played in order at the rate, an unreadable one is counted and passed over") {
   const Folder folder;
   folder.image("f.8.png", 8);
   folder.image("f.9.png", 9);

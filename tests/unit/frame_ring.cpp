@@ -133,7 +133,7 @@ TEST_CASE("an image read stays as it was when its slot is overwritten") {
   CHECK(same(first.pixels, cv::Mat(10, 10, CV_8UC1, cv::Scalar(1))));
 }
 
-TEST_CASE("a larger frame makes a new segment; the reader follows") {
+TEST_CASE("a larger frame makes a new segment and the reader follows") {
   FrameRing ring(ring_name("grow"), 8, 100);
   FrameRingReader reader;
   const frame_t small = notice_of(ring, cv::Mat(10, 10, CV_8UC1, cv::Scalar(1)));

@@ -103,8 +103,9 @@ bool may_include(Part part, const std::string& room, const std::string& header) 
     case Part::algorithm:
       return near && !reaches_outside(header);
     case Part::device:
-      return near || (!starts_with_any(header, {"lcm/", "lcmtypes/", "stevedore/", "runtime/"}) &&
-                      !is_process_room(room_of(header)));
+      return near || (!starts_with_any(header, {"lcm/", "lcmtypes/", "stevedore/"}) &&
+                      header != "runtime/bus.hpp" && header != "runtime/lcm_bus.hpp" &&
+                      header != "runtime/process.hpp" && !is_process_room(room_of(header)));
     case Part::stage:
       return (near && !reaches_outside(header)) || starts_with_any(header, {"lcmtypes/", "stevedore/"}) ||
              (header.starts_with("runtime/") && header != "runtime/lcm_bus.hpp" &&

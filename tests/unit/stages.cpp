@@ -106,6 +106,8 @@ TEST_CASE("detector stage: a frame gives its ellipses, an unusable one is counte
   frame_t gone = frame_of(film.image, 1);
   gone.encoding = frame_t::ENCODING_RING;
   gone.ring_name = "no-such-ring";
+  gone.ring_generation = 1;
+  gone.ring_sequence = 2;
   gone.data.clear();
   gone.size = 0;
   bus.deliver(channels::frame, gone);
@@ -211,13 +213,14 @@ TEST_CASE("pose stage: metres with a camera, a reason without, attitude where it
 TEST_CASE("mission stage: the choice is sent at once and again at 2 Hz") {
   MemoryBus bus;
   MissionStage stage(MissionSettings{}, bus);
-  for (int64_t k = 0; k < 31; ++k) bus.deliver(channels::poses, poses_of(k, 5));
+  for (int64_t k = 0; k < 33; ++k) bus.deliver(channels::poses, poses_of(k, 5));
   const auto commands = bus.published_on(channels::track_command);
-  REQUIRE(commands.size() == 3);  // 0, 0.5 and 1 s
+  REQUIRE(commands.size() == 3);  // with frames 0, 16 and 32: the first half a second later
   CHECK(commands[0].id == 5);
   CHECK(commands[0].u_px == 320);
-  CHECK(commands[2].choice == commands[0].choice);
-  CHECK(bus.published_on(channels::mission).size() == 31);
+  CHECK(commands[1].choice == commands[0].choice);
+  CHECK(commands[2].choice != commands[0].choice);  // never taken up for a second: chosen anew
+  CHECK(bus.published_on(channels::mission).size() == 33);
 }
 
 TEST_CASE("mission stage: silent vision is an emergency, with TIMEOUT or VEHICLE_STATE as the clock") {

@@ -53,7 +53,7 @@ TEST_CASE("gate: the centre lies inside the expected ellipse, or nearly so") {
   CHECK(may_be({0, flat.ellipse, 1.0}, {100, 100, 52, 13, 0}, gates));
 }
 
-TEST_CASE("every ellipse has an id that lasts; velocities are those of the image") {
+TEST_CASE("every ellipse has an id that lasts, velocities are those of the image") {
   Tracker tracker{TrackerSettings{}};
   TrackerResult result;
   for (int k = 0; k < 30; ++k)
