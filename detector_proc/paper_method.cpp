@@ -52,7 +52,7 @@ double size_bias_px(Trace trace, bool hull) {
 EllipseFit fit_of_edge(Ellipse e, const Points& points, Trace trace, bool hull) {
   // Edge errors of a contour's neighbouring pixels go together over the width of the blur and Sobel kernels;
   // the few corners of a hull are far apart. Measured on renders of 4 to 110 px: squared errors over these
-  // variances, 3 to 8 where 5 would be exact.
+  // variances, 3 to 10 where 5 would be exact.
   const double correlation_length_px = hull ? 1 : 3;
   EllipseFit fit{e, fit_covariance(e, points, correlation_length_px)};
   const double bias_px = size_bias_px(trace, hull);
