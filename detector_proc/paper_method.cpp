@@ -36,9 +36,10 @@ bool plausible(const Ellipse& e, double min_semi_axis_px, cv::Size image, const 
          e.u_px < image.width + diagonal_px && e.v_px < image.height + diagonal_px;
 }
 
-/// How much larger than the true edge the ellipse of a contour comes out: means over clean renders of 3 to
-/// 100 px semi-axes, constant within 0.1 px. Canny's pixels themselves are unbiased; a region's outermost
-/// pixels are half a pixel within it. The hull leaves out all but the pixels that lie furthest outside.
+/// How much larger than the true edge the ellipse of a contour comes out: means over clean renders, constant
+/// within 0.1 px from semi-minor axes of 6 px up (at 3 px it is up to 0.15 px smaller). Canny's pixels
+/// themselves are unbiased; a region's outermost pixels are half a pixel within it. The hull leaves out all
+/// but the pixels that lie furthest outside.
 double size_bias_px(Trace trace, bool hull) {
   constexpr double hull_bias_px = 0.35;
   const double contour_bias_px = trace == Trace::edge_outside  ? 0.10
