@@ -8,8 +8,6 @@
 namespace stevedore {
 namespace {
 
-constexpr const char* ring_name = "camera";
-
 int8_t to_message(CameraStatus::State state) {
   switch (state) {
     case CameraStatus::State::ok:
@@ -26,8 +24,9 @@ int8_t to_message(CameraStatus::State state) {
 
 }  // namespace
 
-CameraStage::CameraStage(const CameraSettings& settings, const std::optional<CameraModel>& camera, Bus& bus)
-    : settings_(settings), bus_(bus), camera_(settings) {
+CameraStage::CameraStage(const CameraSettings& settings, const std::optional<CameraModel>& camera,
+                         std::string ring_name, Bus& bus)
+    : settings_(settings), ring_name_(std::move(ring_name)), bus_(bus), camera_(settings) {
   if (camera) maps_ = make_rectify_maps(*camera);
 }
 
@@ -56,7 +55,7 @@ void CameraStage::send(const CameraFrame& frame) {
 std::optional<std::string> CameraStage::put_pixels(const cv::Mat& pixels, frame_t& message) {
   try {
     if (settings_.transport == "ring") {
-      if (!ring_) ring_.emplace(ring_name, settings_.ring_slots, pixels.total() * pixels.elemSize());
+      if (!ring_) ring_.emplace(ring_name_, settings_.ring_slots, pixels.total() * pixels.elemSize());
       ring_->write(pixels, message);
       return std::nullopt;
     }

@@ -15,7 +15,8 @@ namespace stevedore {
 class CameraStage {
  public:
   /// With a camera whose lens distorts, frames are rectified before they are sent.
-  CameraStage(const CameraSettings& settings, const std::optional<CameraModel>& camera, Bus& bus);
+  CameraStage(const CameraSettings& settings, const std::optional<CameraModel>& camera, std::string ring_name,
+              Bus& bus);
 
   /// Waits for the next frame, 100 ms at most, sends it, and says how the camera is.
   Condition work();
@@ -26,6 +27,7 @@ class CameraStage {
   std::optional<std::string> put_pixels(const cv::Mat& pixels, frame_t& message);
 
   const CameraSettings settings_;
+  const std::string ring_name_;
   Bus& bus_;
   Camera camera_;
   RectifyMaps maps_;

@@ -92,8 +92,8 @@ class ImageFiles : public FrameSource {
 // A video file, a V4L2 device or a GStreamer pipeline.
 class Capture : public FrameSource {
  public:
-  Capture(cv::VideoCapture capture, const CameraSettings& settings)
-      : capture_(std::move(capture)), live_(settings.kind != "video"), v4l2_(settings.kind == "v4l2") {}
+  Capture(const cv::VideoCapture& capture, const CameraSettings& settings)
+      : capture_(capture), live_(settings.kind != "video"), v4l2_(settings.kind == "v4l2") {}
 
   Grab grab(cv::Mat& image, std::int64_t& capture_utime) override {
     image.release();  // its memory may be in use: retrieve() would write into it

@@ -1,6 +1,7 @@
 #include "runtime/kernel.hpp"
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -39,6 +40,11 @@ int64_t kernel_udp_drops() {
     if (inodes.contains(inode)) drops += std::stoll(word);  // the last column
   }
   return drops;
+}
+
+std::string name_in_this_network(const std::string& name) {
+  struct stat network {};
+  return stat("/proc/self/ns/net", &network) == 0 ? name + "-" + std::to_string(network.st_ino) : name;
 }
 
 double cpu_time_s() {

@@ -2,12 +2,18 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace stevedore {
 
 /// Datagrams the kernel dropped at this process' UDP sockets since they were opened (column "drops" of
 /// /proc/net/udp: LCM has no counter of its own).
 int64_t kernel_udp_drops();
+
+/// NAME and the number of this network namespace: shared memory has no namespaces of its own, and two sets
+/// that don't hear each other must not share a ring either. A camera that comes back finds, and replaces, its
+/// own.
+std::string name_in_this_network(const std::string& name);
 
 /// Processor time used so far, user and system.
 double cpu_time_s();

@@ -21,6 +21,7 @@
 #include <optional>
 #include <sstream>
 
+#include "runtime/file_descriptor.hpp"
 #include "runtime/frame_codec.hpp"
 #include "runtime/lcm_bus.hpp"
 
@@ -34,20 +35,6 @@ constexpr long wanted_receive_buffer_bytes = 2'097'152;                         
 constexpr long needed_receive_buffer_bytes = 4L * inline_limit_bytes;
 /// A ring of sixteen 1280x960 colour frames.
 constexpr double needed_shared_memory_mb = 64;
-
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  ~FileDescriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 /// Numbers of /proc/net/route: addresses in network byte order, printed as a little-endian number.
 uint32_t address_of(const std::string& hex) {

@@ -2,6 +2,9 @@
 //   probe kill NAME...             kill -9 each process in turn; prints how long until its next output, ms
 //   probe wait CHANNEL [N] [S]     until N messages (1) came, S seconds (20) at most
 //   probe state NAME STATE [S]     until the process says ok, degraded, failed or finished in HEALTH
+//   probe targets LOG PATTERN      the target of each TRACKS as locate --track prints it; PATTERN: an image's
+//   name, e.g.
+//                                  mire-2/image.0000.pgm, counted from 1
 //   probe garbage SECONDS          random bytes on every channel
 #include <signal.h>
 
@@ -142,6 +145,33 @@ int send_garbage(double seconds) {
   return 0;
 }
 
+int print_targets(const std::string& log, const std::string& pattern) {
+  static const std::map<int8_t, const char*> names = {{stevedore::track_t::STATUS_SEARCHING, "searching"},
+                                                      {stevedore::track_t::STATUS_TRACKING, "tracking"},
+                                                      {stevedore::track_t::STATUS_PREDICTED, "predicted"},
+                                                      {stevedore::track_t::STATUS_LOST, "lost"}};
+  const auto at = pattern.find("0000");
+  if (at == std::string::npos) return 2;
+  stevedore::LogReader reader(log);
+  while (const auto event = reader.next()) {
+    const auto tracks = stevedore::decode(*event, stevedore::channels::tracks);
+    if (!tracks) continue;
+    const std::string number = std::to_string(tracks->header.frame_seq + 1);
+    std::string image = pattern;
+    image.replace(at + 4 - number.size(), number.size(), number);
+    std::printf(R"({"image":"%s","target":{"status":"%s","id":%lld)", image.c_str(),
+                names.at(tracks->target_status), static_cast<long long>(tracks->target_id));
+    for (const auto& track : tracks->tracks) {
+      const auto& e = track.ellipse.outer;
+      if (track.id != tracks->target_id) continue;
+      std::printf(R"(,"u":%.4f,"v":%.4f,"a":%.4f,"b":%.4f,"alpha":%.6f)", e.u_px, e.v_px, e.a_px, e.b_px,
+                  e.alpha_rad);
+    }
+    std::printf("}}\n");
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -156,9 +186,10 @@ int main(int argc, char** argv) {
   }
   if (arguments.size() >= 3 && arguments[0] == "state")
     return wait_for_state(arguments[1], arguments[2], argument(3, 20));
+  if (arguments.size() == 3 && arguments[0] == "targets") return print_targets(arguments[1], arguments[2]);
   if (arguments.size() == 2 && arguments[0] == "garbage") return send_garbage(argument(1, 1));
   std::fprintf(stderr,
                "usage: probe kill NAME... | wait CHANNEL [N] [SECONDS] | state NAME STATE [SECONDS] | "
-               "garbage SECONDS\n");
+               "targets LOG PATTERN | garbage SECONDS\n");
   return 2;
 }
