@@ -4,6 +4,13 @@
 #include "runtime/frame_loss.hpp"
 
 namespace stevedore {
+namespace {
+
+/// The largest so many are told. A frame of the competition has eight circles and four cargoes; what lies far
+/// above is texture, and 400 of them would not fit the kernel's usual receive buffer.
+constexpr size_t most_ellipses = 200;
+
+}  // namespace
 
 DetectorStage::DetectorStage(const DetectorSettings& settings, Bus& bus, FrameReader& frames,
                              Delivery delivery)
@@ -24,8 +31,9 @@ void DetectorStage::on_frame(const frame_t& frame) {
   ellipses.tracks_frame_seq = -1;
   ellipses.search = ellipses_t::SEARCH_FULL;
   ellipses.method = method_;
-  for (const Detection& detection : detector_.detect(image.pixels))
-    ellipses.ellipses.push_back(to_message(detection));
+  for (const Detection& detection : detector_.detect(image.pixels)) {  // largest first
+    if (ellipses.ellipses.size() < most_ellipses) ellipses.ellipses.push_back(to_message(detection));
+  }
   ellipses.count = static_cast<int16_t>(ellipses.ellipses.size());
   bus_.publish(channels::ellipses, ellipses);
 }

@@ -55,6 +55,9 @@ class Check {
   std::optional<std::string> fault_;
 };
 
+/// Ten times what a stage sends; association is quadratic in it.
+constexpr double most_marks = 2000;
+
 constexpr double largest_frame_px = 32767;  // int16_t
 
 void check_shape(Check& check, const ellipse_shape_t& e) {
@@ -98,7 +101,7 @@ std::optional<std::string> fault_of(const frame_t& m) {
 
 std::optional<std::string> fault_of(const ellipses_t& m) {
   Check check(m.header);
-  check.count("count", m.count, m.ellipses);
+  check.count("count", m.count, m.ellipses).range("count", m.count, 0, most_marks);
   check.require(m.width_px > 0 && m.height_px > 0, "frame size", "is not positive");
   check.range("search", m.search, ellipses_t::SEARCH_FULL, ellipses_t::SEARCH_REGION);
   for (const auto& e : m.ellipses) check_ellipse(check, e);
@@ -107,7 +110,7 @@ std::optional<std::string> fault_of(const ellipses_t& m) {
 
 std::optional<std::string> fault_of(const tracks_t& m) {
   Check check(m.header);
-  check.count("count", m.count, m.tracks);
+  check.count("count", m.count, m.tracks).range("count", m.count, 0, most_marks);
   check.require(m.width_px > 0 && m.height_px > 0, "frame size", "is not positive");
   check_status(check, "target_status", m.target_status);
   for (const auto& t : m.tracks) {
@@ -128,7 +131,7 @@ std::optional<std::string> fault_of(const tracks_t& m) {
 
 std::optional<std::string> fault_of(const poses_t& m) {
   Check check(m.header);
-  check.count("count", m.count, m.poses);
+  check.count("count", m.count, m.poses).range("count", m.count, 0, most_marks);
   check_status(check, "target_status", m.target_status);
   if (m.has_gravity) check.unit("gravity_camera", m.gravity_camera);
   for (const auto& p : m.poses) {
@@ -283,6 +286,22 @@ std::optional<std::string> fault_of(const truth_t& m) {
   check.finite("position_ned_m", m.position_ned_m).unit("ned_from_body", m.ned_from_body);
   check.finite("camera_ned_m", m.camera_ned_m).unit("ned_from_camera", m.ned_from_camera);
   return check.fault();
+}
+
+bool size_is_there(const void* data, int size, const frame_t*) {
+  constexpr int hash_bytes = 8, count_bytes = 4;
+  header_t header{};
+  try {
+    const int header_bytes = header._decodeNoHash(data, hash_bytes, size - hash_bytes);
+    if (header_bytes < 0 || hash_bytes + header_bytes + count_bytes > size) return false;
+    const auto* count =
+        static_cast<const uint8_t*>(data) + hash_bytes + header_bytes;  // big-endian, after the header
+    const int64_t wanted =
+        int64_t{count[0]} << 24 | int64_t{count[1]} << 16 | int64_t{count[2]} << 8 | int64_t{count[3]};
+    return wanted <= size;
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 }  // namespace stevedore

@@ -2,6 +2,7 @@
 // it.
 #pragma once
 
+#include <exception>
 #include <optional>
 #include <string>
 
@@ -29,5 +30,26 @@ std::optional<std::string> fault_of(const platform_state_t& message);
 std::optional<std::string> fault_of(const health_t& message);
 std::optional<std::string> fault_of(const timeout_t& message);
 std::optional<std::string> fault_of(const truth_t& message);
+
+/// Whether a frame's size is no more than what came with it: lcm-gen's decode reserves the size before it
+/// looks.
+bool size_is_there(const void* data, int size, const frame_t* type);
+/// The other messages count with 16 bits: what they make decode reserve is bounded.
+inline bool size_is_there(const void*, int, const void*) {
+  return true;
+}
+
+/// The message in these bytes; nothing if they are another type, too few, too many, or no message to use.
+template <class M>
+std::optional<M> decode_checked(const void* data, int size) {
+  if (!size_is_there(data, size, static_cast<const M*>(nullptr))) return std::nullopt;
+  M message{};
+  try {  // decode resizes by lengths from the wire, negative ones too
+    if (message.decode(data, 0, size) != size || fault_of(message)) return std::nullopt;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+  return message;
+}
 
 }  // namespace stevedore

@@ -41,12 +41,16 @@ const Mark* find(const std::vector<Mark>& marks, int64_t track_id) {
 
 }  // namespace
 
+void Mission::start_clock(double time_s) {
+  time_s_ = time_s;
+  vision_time_s_ = mark_time_s_ = target_time_s_ = time_s;
+  decision_.phase_since_s = time_s;
+  decision_.emergencies.clear();
+}
+
 void Mission::tick(double time_s) {
+  if (!vision_time_s_) start_clock(time_s);
   time_s_ = std::max(time_s_, time_s);
-  if (!vision_time_s_) {
-    vision_time_s_ = mark_time_s_ = target_time_s_ = time_s_;
-    decision_.phase_since_s = time_s_;
-  }
   const double stale_s = time_s_ - *vision_time_s_;
   set_emergency(Emergency::vision_stale, stale_s > settings_.stale_s,
                 fmt::format("no POSES for more than {:.1f} s", settings_.stale_s));
@@ -55,10 +59,13 @@ void Mission::tick(double time_s) {
 }
 
 void Mission::see(const View& view) {
-  vision_time_s_ = vision_time_s_ ? std::max(*vision_time_s_, view.time_s) : view.time_s;
+  if (view.time_s < time_s_ - settings_.stale_s)
+    start_clock(view.time_s);  // another log, or the camera's host restarted
+  if (!vision_time_s_) start_clock(view.time_s);
+  vision_time_s_ = std::max(*vision_time_s_, view.time_s);
   const bool any = std::any_of(view.marks.begin(), view.marks.end(),
                                [](const Mark& m) { return m.measured && m.label != Label::unknown; });
-  if (any || mark_time_s_ == 0) mark_time_s_ = view.time_s;
+  if (any) mark_time_s_ = view.time_s;
   tick(view.time_s);
 
   const Mark* target = view.target_id ? find(view.marks, *view.target_id) : nullptr;
@@ -101,12 +108,11 @@ void Mission::weigh_candidates(const View& view) {
                               : fmt::format("semi-axis {:.0f} px", candidate.mark.semi_major_px);
     if (!best || candidate.cost < best->cost) best = &candidate;
   }
-  if (operators_choice_) {
-    if (const Mark* mark = find(view.marks, *operators_choice_)) {
-      follow(*mark,
-             fmt::format("follows {} {}: the operator's choice", name_of(mark->label), mark->track_id));
-      operators_choice_.reset();
-    }
+  const Mark* wished = operators_choice_ ? find(view.marks, *operators_choice_) : nullptr;
+  if (wished) {
+    follow(*wished,
+           fmt::format("follows {} {}: the operator's choice", name_of(wished->label), wished->track_id));
+    operators_choice_.reset();
   } else if (!decision_.wanted && best && decision_.phase == Phase::search) {
     const auto eligible =
         std::count_if(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.eligible; });
@@ -120,7 +126,9 @@ void Mission::weigh_candidates(const View& view) {
 }
 
 void Mission::follow(const Mark& mark, const std::string& reason) {
-  decision_.wanted = Wanted{++last_choice_, mark.track_id, mark.center_px};
+  // by the clock, so that a restarted mission does not repeat a number that meant something else
+  last_choice_ = std::max(last_choice_ + 1, static_cast<int64_t>(time_s_ * 1e6));
+  decision_.wanted = Wanted{last_choice_, mark.track_id, mark.center_px};
   decision_.reason = reason;
   target_time_s_ = time_s_;
 }
@@ -138,11 +146,16 @@ void Mission::resume() {
 void Mission::abort() {
   set_phase(Phase::abort);
   decision_.wanted.reset();
+  operators_choice_.reset();
   set_emergency(Emergency::target_lost, false, "");
   decision_.reason = "aborted by the operator";
 }
 
 void Mission::choose(int64_t track_id) {
+  if (track_id < 0) {
+    decision_.reason = "the operator's choice names no track";
+    return;
+  }
   operators_choice_ = track_id;
 }
 

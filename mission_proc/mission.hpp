@@ -114,6 +114,7 @@ class Mission {
  private:
   void weigh_candidates(const View& view);
   void follow(const Mark& mark, const std::string& reason);
+  void start_clock(double time_s);
   void set_phase(Phase phase);
   void set_emergency(Emergency kind, bool present, const std::string& cause);
 

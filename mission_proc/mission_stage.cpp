@@ -167,7 +167,7 @@ void MissionStage::publish_track_command(const header_t& cause) {
   const auto& wanted = mission_.decision().wanted;
   const int64_t choice = wanted ? wanted->choice : 0;
   if (choice == commanded_choice_ && cause.utime - command_utime_ < repeat_us) return;
-  if (!wanted && commanded_choice_ <= 0) return;  // nothing was ever wanted
+  if (!wanted && commanded_choice_ < 0) return;  // nothing was ever wanted
   track_command_t command{};
   command.header.utime = cause.utime;
   command.header.frame_seq = cause.frame_seq;

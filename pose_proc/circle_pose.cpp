@@ -205,6 +205,7 @@ std::optional<CircleSolution> four_point_pose(const EllipseFit& fit, const Pinho
   cv::Mat by_pose, by_turn;
   cv::projectPoints(circle, turn, center_m, intrinsics, cv::noArray(), reprojected, by_pose);
   const Eigen::Matrix<double, 6, 6> covariance = pose_covariance(fit, block_of<8, 6>(by_pose));
+  if (!covariance.allFinite() || (covariance.diagonal().array() < 0).any()) return std::nullopt;
   cv::Matx33d camera_from_circle;
   cv::Rodrigues(turn, camera_from_circle, by_turn);  // by_turn: 3 x 9, a column for each entry, row by row
   const Eigen::Matrix<double, 3, 9> turned = block_of<3, 9>(by_turn);

@@ -68,6 +68,8 @@ std::optional<Gravity> PoseStage::gravity_at(int64_t utime) const {
   const gimbal_state_t* gimbal = nearest(gimbal_states_, utime, channels::gimbal_state);
   const vehicle_state_t* vehicle = nearest(vehicle_states_, utime, channels::vehicle_state);
   if (!camera_ || !vehicle) return std::nullopt;
+  if (!gimbal && !gimbal_states_.empty())
+    return std::nullopt;  // there is a gimbal, and nobody knows how it stands
   const double* q = vehicle->ned_from_body;
   const GimbalAngles angles = gimbal ? GimbalAngles{gimbal->roll_rad, gimbal->pitch_rad} : GimbalAngles{};
   const double variance = (vehicle->attitude_variance_rad2[0] + vehicle->attitude_variance_rad2[1]) / 2;
@@ -94,6 +96,10 @@ pose_t PoseStage::pose_of(const track_t& track, const std::optional<Gravity>& gr
     pose.reason = "no camera file";
     return pose;
   }
+  if (!fits_camera_) {
+    pose.reason = "the frame is not of the camera file's size";
+    return pose;
+  }
   const Detection detection = from_message(track.ellipse);
   const auto before = previous_.find(track.id);
   const CirclePose estimate =
@@ -118,6 +124,8 @@ pose_t PoseStage::pose_of(const track_t& track, const std::optional<Gravity>& gr
 
 void PoseStage::on_tracks(const tracks_t& tracks) {
   const std::optional<Gravity> gravity = gravity_at(tracks.header.utime);
+  fits_camera_ = camera_ && tracks.width_px == camera_->rectified.width_px &&
+                 tracks.height_px == camera_->rectified.height_px;
   poses_t poses{};
   poses.header.utime = tracks.header.utime;
   poses.header.frame_seq = tracks.header.frame_seq;

@@ -28,6 +28,7 @@ class PoseStage {
   const std::optional<CameraModel> camera_;
   std::deque<vehicle_state_t> vehicle_states_;  ///< of the last second, newest last
   std::deque<gimbal_state_t> gimbal_states_;
+  bool fits_camera_ = false;                    ///< the frame's size is the camera file's
   std::map<int64_t, PreviousChoice> previous_;  ///< by track
 };
 

@@ -1,5 +1,6 @@
 #include "runtime/bus.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace stevedore {
@@ -8,15 +9,37 @@ namespace {
 /// Publishers that restarted are forgotten after this many newer ones: a channel has one or two at a time.
 constexpr size_t remembered_publishers = 8;
 
-/// The publisher heard last stands last.
-void remember(SeqByRun& seq_by_run, int64_t run_id, int64_t seq) {
-  std::erase_if(seq_by_run, [run_id](const auto& entry) { return entry.first == run_id; });
-  if (seq_by_run.size() >= remembered_publishers) seq_by_run.erase(seq_by_run.begin());
-  seq_by_run.emplace_back(run_id, seq);
+/// A step back of so few numbers is a late message, a step forward of so many is no gap but another count.
+constexpr int64_t late_by_at_most = 100;
+constexpr int64_t gap_at_most = 1'000'000;
+
+/// Numbers missing before seq; -1 for one that was counted as missing and comes late after all.
+int64_t gap_before(const std::vector<HeardRun>& runs, int64_t run_id, int64_t seq) {
+  for (const HeardRun& run : runs) {
+    if (run.run_id != run_id) continue;
+    const int64_t step = seq - run.newest_seq;
+    if (step > 1 && step <= gap_at_most) return step - 1;
+    if (step < 0 && step >= -late_by_at_most) return -1;
+  }
+  return 0;
 }
 
-/// Larger than any message but an uncompressed frame.
-constexpr int oversized_bytes = std::numeric_limits<int>::max() / 2;
+void remember(std::vector<HeardRun>& runs, int64_t run_id, int64_t seq) {
+  HeardRun run{run_id, seq, seq};
+  const auto known =
+      std::find_if(runs.begin(), runs.end(), [run_id](const HeardRun& r) { return r.run_id == run_id; });
+  if (known != runs.end()) {
+    run.first_seq = known->first_seq;
+    if (seq < known->newest_seq && seq >= known->newest_seq - late_by_at_most)
+      run.newest_seq = known->newest_seq;
+    runs.erase(known);
+  }
+  if (runs.size() >= remembered_publishers) runs.erase(runs.begin());
+  runs.push_back(run);
+}
+
+/// No message comes near it (a frame has 200 MB at most); LCM counts bytes with an int.
+constexpr size_t oversized_bytes = std::numeric_limits<int>::max() / 2;
 
 /// Ages kept between two HEALTH messages; more than a second of the fastest channel.
 constexpr size_t most_ages = 4096;
@@ -36,17 +59,13 @@ void Bus::receive(const std::string& channel, const void* data, size_t size) {
   Input& input = *found->second;
   ++input.counters_.received;
   const bool superseded = input.waiting_.has_value();
-  const auto header = size < oversized_bytes ? input.decode(data, static_cast<int>(size)) : std::nullopt;
+  const auto header = size <= oversized_bytes ? input.decode(data, static_cast<int>(size)) : std::nullopt;
   if (!header) {
     ++input.counters_.lost_malformed;
     return;
   }
-  for (const auto& [run_id, newest_seq] : input.newest_seq_) {
-    if (run_id == header->trace.run_id && header->seq > newest_seq + 1) {
-      input.counters_.lost_gap += header->seq - newest_seq - 1;
-    }
-  }
-  remember(input.newest_seq_, header->trace.run_id, header->seq);
+  input.counters_.lost_gap += gap_before(input.arrived_, header->trace.run_id, header->seq);
+  remember(input.arrived_, header->trace.run_id, header->seq);
   if (superseded) ++input.counters_.skipped;
   input.waiting_ = header;
   input.waiting_since_utime_ = now_utime();
@@ -61,7 +80,9 @@ void Bus::deliver_newest() {
 }
 
 void Bus::hand_out(const std::string& channel, Input& input) {
-  remember(input.handled_seq_, input.waiting_->trace.run_id, input.waiting_->seq);
+  remember(input.handled_, input.waiting_->trace.run_id, input.waiting_->seq);
+  if (input.waiting_->trace.run_id != run_id_)
+    stream_lag_us_ = input.waiting_since_utime_ - input.waiting_->utime;
   input.waiting_.reset();
   ++input.counters_.handled;
   cause_ = channel;
@@ -80,15 +101,20 @@ void Bus::stamp(const std::string& channel, header_t& header) {
   trace.cause = cause_;
   trace.inputs.clear();
   for (const auto& [input_channel, input] : inputs_) {
-    for (const auto& [run_id, seq] : input->handled_seq_) {
+    for (const HeardRun& run : input->handled_) {
       input_mark_t mark{};
       mark.channel = input_channel;
-      mark.run_id = run_id;
-      mark.seq = seq;
+      mark.run_id = run.run_id;
+      mark.first_seq = run.first_seq;
+      mark.seq = run.newest_seq;
       trace.inputs.push_back(mark);
     }
   }
   trace.input_count = static_cast<int16_t>(trace.inputs.size());
+}
+
+int64_t Bus::stream_utime() const {
+  return now_utime() - stream_lag_us_.value_or(0);
 }
 
 void Bus::count_loss(const std::string& channel, Loss loss) {

@@ -34,8 +34,12 @@ struct InputCounters {
   int64_t skipped = 0;
 };
 
-/// (publisher's run_id, seq), a few of them.
-using SeqByRun = std::vector<std::pair<int64_t, int64_t>>;
+/// What has been heard of one run of a publisher.
+struct HeardRun {
+  int64_t run_id = 0;
+  int64_t first_seq = 0;
+  int64_t newest_seq = 0;
+};
 
 class Bus {
  public:
@@ -71,6 +75,9 @@ class Bus {
   /// Ages (arrival minus header.utime, us) since the last call, for HEALTH.
   std::vector<int64_t> take_ages_us(const std::string& channel);
   [[nodiscard]] int64_t run_id() const { return run_id_; }
+  /// Now, in the time of what is heard: header.utime of the last message of somebody else, and what has
+  /// passed since. A log that is played lives in its own time.
+  [[nodiscard]] int64_t stream_utime() const;
   /// The next message on a channel gets this number; a replay of a part of a log starts where the log does.
   void set_next_seq(const std::string& channel, int64_t seq) { next_seq_[channel] = seq; }
 
@@ -99,8 +106,8 @@ class Bus {
 
     const Delivery delivery_;
     InputCounters counters_;
-    SeqByRun newest_seq_;   ///< newest that arrived
-    SeqByRun handled_seq_;  ///< newest that was handed out
+    std::vector<HeardRun> arrived_;  ///< a few publishers, the one heard last stands last
+    std::vector<HeardRun> handled_;
     std::vector<int64_t> ages_us_;
     std::optional<header_t> waiting_;  ///< header of the message inside, not yet handed out
     int64_t waiting_since_utime_ = 0;
@@ -112,13 +119,9 @@ class Bus {
     TypedInput(std::function<void(const M&)> handler, Delivery delivery)
         : Input(delivery), handler_(std::move(handler)) {}
     std::optional<header_t> decode(const void* data, int size) override {
-      M message{};
-      try {  // lcm-gen's decode resizes by a length from the wire before it looks whether the bytes are there
-        if (message.decode(data, 0, size) != size || fault_of(message)) return std::nullopt;
-      } catch (const std::exception&) {
-        return std::nullopt;
-      }
-      message_ = std::move(message);
+      auto message = decode_checked<M>(data, size);
+      if (!message) return std::nullopt;
+      message_ = *std::move(message);
       return message_.header;
     }
     void handle() override {
@@ -138,7 +141,8 @@ class Bus {
   const int64_t run_id_;
   std::map<std::string, std::unique_ptr<Input>> inputs_;
   std::map<std::string, int64_t> next_seq_;
-  std::string cause_;  ///< channel being handled
+  std::string cause_;                     ///< channel being handled
+  std::optional<int64_t> stream_lag_us_;  ///< arrival minus header.utime of the last message of somebody else
   int64_t cause_receive_utime_ = 0;
 };
 

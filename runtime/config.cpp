@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <ios>
+#include <set>
 
 namespace stevedore {
 namespace {
@@ -88,8 +90,10 @@ void SettingsReader::choice(const char* key, std::string& value, std::initialize
 
 void SettingsReader::finish() const {
   if (!map_ || !map_.IsMap()) return;
+  std::set<std::string> seen;
   for (const auto& entry : map_) {
     const std::string key = entry.first.Scalar();
+    if (!seen.insert(key).second) fail(entry.first, key, "stands here twice");
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
       fail(entry.first, key, fmt::format("is not a setting; there are: {}", fmt::join(known_, ", ")));
     }
@@ -106,6 +110,8 @@ Config Config::load(const std::string& path, const std::vector<std::string>& ove
       throw ConfigError(path + ": can't be read");
     } catch (const YAML::ParserException& error) {
       throw ConfigError(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
+    } catch (const std::ios_base::failure&) {
+      throw ConfigError(path + ": is not a file");
     }
     if (config.root_.IsNull()) config.root_ = YAML::Node(YAML::NodeType::Map);
     if (!config.root_.IsMap()) throw ConfigError(path + ":1: is not a map of sections");
@@ -130,9 +136,13 @@ void Config::override_with(const std::string& assignment) {
   }
   if (dot == std::string::npos) {
     root_[path] = value;
-  } else {
-    root_[path.substr(0, dot)][path.substr(dot + 1)] = value;
+    return;
   }
+  YAML::Node section = root_[path.substr(0, dot)];
+  if (section.IsDefined() && !section.IsNull() && !section.IsMap()) {
+    throw ConfigError("--set " + assignment + ": " + path.substr(0, dot) + " is not a map of settings");
+  }
+  section[path.substr(dot + 1)] = value;
 }
 
 void Config::check_sections() const {

@@ -37,14 +37,7 @@ std::vector<uint8_t> encode(const M& message) {
 template <class M>
 std::optional<M> decode(const LogEvent& event, const Channel<M>& channel) {
   if (event.channel != channel.name) return std::nullopt;
-  M message{};
-  const int size = static_cast<int>(event.bytes.size());
-  try {
-    if (message.decode(event.bytes.data(), 0, size) != size || fault_of(message)) return std::nullopt;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-  return message;
+  return decode_checked<M>(event.bytes.data(), static_cast<int>(event.bytes.size()));
 }
 
 class LogReader {

@@ -18,8 +18,9 @@ int64_t draw_run_id() {
 /// later shows as a gap.
 constexpr int queue_capacity = 1024;
 
-/// Longest run of messages handled before the caller gets a turn (stop signals, HEALTH).
-constexpr int most_at_once = 4096;
+/// Longest run of messages handled before the caller gets a turn (stop signals, HEALTH); draining a socket
+/// takes far less.
+constexpr int64_t longest_turn_us = 100'000;
 
 }  // namespace
 
@@ -36,7 +37,8 @@ LcmBus::~LcmBus() = default;
 
 void LcmBus::handle(int timeout_ms) {
   int timeout = timeout_ms;
-  for (int handled = 0; handled < most_at_once && lcm_->handleTimeout(timeout) > 0; ++handled) timeout = 0;
+  const int64_t until_utime = now_utime() + int64_t{timeout_ms} * 1000 + longest_turn_us;
+  while (lcm_->handleTimeout(timeout) > 0 && now_utime() < until_utime) timeout = 0;
   deliver_newest();
 }
 

@@ -12,6 +12,7 @@
 #include <iostream>
 #include <opencv2/core.hpp>
 
+#include "lcmtypes/names.hpp"
 #include "runtime/kernel.hpp"
 #include "runtime/time.hpp"
 
@@ -103,27 +104,38 @@ int Process::run(const std::function<Condition()>& work) {
   spdlog::info("running, pid {}", getpid());
   while (!stop_requested()) {
     bus_->handle(work ? 0 : wait_ms);
-    if (work) condition_ = work();
+    if (work) set_condition(work());
     if (silence_) publish_timeouts();
     if (monotonic_utime() - health_utime_ >= health_period_us) publish_health();
   }
+  bus_->handle(0);  // what has arrived
   publish_health();
+  bus_->handle(0);  // a recorder hears its own last HEALTH
   spdlog::info("stopped");
   return 0;
 }
 
+void Process::set_condition(const Condition& condition) {
+  if (condition.state != condition_.state) {
+    const bool bad = condition.state == health_t::STATE_DEGRADED || condition.state == health_t::STATE_FAILED;
+    spdlog::log(bad ? spdlog::level::warn : spdlog::level::info, "{}: {}", state_name(condition.state),
+                condition.message);
+  }
+  condition_ = condition;
+}
+
 void Process::publish_timeouts() {
   const int64_t now = monotonic_utime();
-  const int64_t received = bus_->counters(silence_->channel).received;
-  if (received != silence_->received) {
-    silence_->received = received;
+  const int64_t handled = bus_->counters(silence_->channel).handled;
+  if (handled != silence_->handled) {
+    silence_->handled = handled;
     silence_->heard_utime = now;
   }
   const double silent_s = static_cast<double>(now - silence_->heard_utime) * 1e-6;
   if (silent_s < silence_->silent_s || now - silence_->told_utime < timeout_period_us) return;
   silence_->told_utime = now;
   timeout_t message{};
-  message.header.utime = now;
+  message.header.utime = std::max<int64_t>(0, bus_->stream_utime());
   message.header.frame_seq = -1;
   message.channel = silence_->channel;
   message.silent_s = silent_s;

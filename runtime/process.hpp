@@ -47,8 +47,8 @@ class Process {
   [[nodiscard]] LcmBus& bus() { return *bus_; }
   [[nodiscard]] FrameReader& frames() { return frames_; }
 
-  /// While this channel is silent for longer than silent_s, publishes TIMEOUT once a second (see design:
-  /// silence of the clock itself).
+  /// While this channel is silent for longer than silent_s, publishes TIMEOUT twice a second, in the time of
+  /// what is heard: the silence of the clock itself.
   void watch_silence(const Channel<vehicle_state_t>& channel, double silent_s);
 
   /// Handles messages and publishes HEALTH at 1 Hz until SIGTERM or SIGINT. `work`, where given, is called
@@ -56,6 +56,8 @@ class Process {
   int run(const std::function<Condition()>& work = {});
 
  private:
+  /// A change of state also goes to the log.
+  void set_condition(const Condition& condition);
   void publish_health();
   void publish_timeouts();
 
@@ -69,7 +71,7 @@ class Process {
   struct Silence {
     std::string channel;
     double silent_s;
-    int64_t received = 0;
+    int64_t handled = 0;
     int64_t heard_utime = 0;
     int64_t told_utime = 0;
   };

@@ -11,11 +11,11 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "lcmtypes/names.hpp"
 #include "runtime/event_log.hpp"
 #include "runtime/frame_codec.hpp"
 #include "runtime/process.hpp"
 #include "tools/draw.hpp"
-#include "tools/names.hpp"
 #include "tools/progress_line.hpp"
 
 namespace {

@@ -48,13 +48,18 @@ int main(int argc, char** argv) {
         ->required();
     app.add_option("--out", out, "log to write")->required();
     app.add_option("--config", config_file, "the flight's configuration (./run keeps it beside the log)");
-    app.add_option("--set", overrides, "section.key=value, over what the file says")->take_all();
+    app.add_option("--set", overrides, "section.key=value, over what the file says")
+        ->take_all()
+        ->allow_extra_args(false);
     app.add_option("--stages", stages,
                    "only these processes, by name; the others' messages come from the log")
-        ->delimiter(',');
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"detector_proc", "tracker_proc", "pose_proc", "mission_proc"}));
     auto* flown =
         app.add_flag("--as-flown", as_flown,
-                     "exactly the inputs each stage had in flight; exit status 1 if a payload differs");
+                     "exactly the inputs each stage had in flight; exit status 1 if a payload differs. Of a "
+                     "log that starts in mid-flight only stages without memory (the detector) can be equal");
     app.add_flag("--every-frame", every_frame, "every frame of the log (the default)")->excludes(flown);
     try {
       app.parse(argc, argv);
@@ -67,7 +72,8 @@ int main(int argc, char** argv) {
     options.mode = as_flown ? stevedore::ReplayMode::as_flown : stevedore::ReplayMode::every_frame;
     if (!stages.empty()) options.stages = {stages.begin(), stages.end()};
     options.config = stevedore::Config::load(config_file, overrides);
-    options.config_text = text_of(config_file) + fmt::format("{}", fmt::join(overrides, "\n"));
+    options.config_text = text_of(config_file) + text_of(options.config.camera_file()) +
+                          fmt::format("{}", fmt::join(overrides, "\n"));
     stevedore::LogWriter writer(out);
     const bool terminal = isatty(STDERR_FILENO) == 1;
     const auto result = stevedore::replay(

@@ -4,6 +4,7 @@
 #include <any>
 #include <array>
 #include <deque>
+#include <iterator>
 #include <optional>
 #include <tuple>
 
@@ -114,11 +115,15 @@ class LogIndex {
     while (const auto event = reader_.next()) {
       hash_ = fnv1a(fnv1a(hash_, event->channel), event->bytes.data(), event->bytes.size());
       entries_.push_back({position, event->utime, event->channel, decode_header(event->bytes)});
+      if (const auto health = decode(*event, channels::health))
+        runs_[health->process].insert(health->header.trace.run_id);
       position = reader_.position();
     }
   }
   [[nodiscard]] const std::vector<IndexEntry>& entries() const { return entries_; }
   [[nodiscard]] uint64_t hash() const { return hash_; }
+  /// run_ids of each process, as far as HEALTH tells.
+  [[nodiscard]] const std::map<std::string, std::set<int64_t>>& runs() const { return runs_; }
   LogEvent load(const IndexEntry& entry) {
     reader_.seek(entry.position);
     auto event = reader_.next();
@@ -129,6 +134,7 @@ class LogIndex {
  private:
   LogReader reader_;
   std::vector<IndexEntry> entries_;
+  std::map<std::string, std::set<int64_t>> runs_;
   uint64_t hash_ = 0xcbf29ce484222325;
 };
 
@@ -157,11 +163,13 @@ class Replay {
       first_seq_.try_emplace({entry.channel, entry.header->trace.run_id}, entry.header->seq);
     }
     run_id_ = fnv1a(fnv1a(index_.hash(), options_.config_text), version());
+    run_id_ = fnv1a(run_id_, options_.mode == ReplayMode::as_flown ? "as flown" : "every frame");
+    for (const StageKind* kind : kinds_) run_id_ = fnv1a(run_id_, kind->process);
   }
 
   ReplayResult run(const ProgressSink& progress) {
     if (options_.mode == ReplayMode::every_frame) {
-      for (const StageKind* kind : kinds_) start(*kind, 0);
+      for (const StageKind* kind : kinds_) running(*kind, 0);
     }
     const auto& entries = index_.entries();
     result_.events = static_cast<int64_t>(entries.size());
@@ -176,16 +184,14 @@ class Replay {
  private:
   struct Running {
     std::unique_ptr<StageRun> run;
-    int64_t flight_run_id = 0;
     std::map<std::pair<std::string, int64_t>, int64_t>
         delivered_seq;  ///< by channel and publisher's run in flight
   };
 
-  /// A stage's process starts, in the flight's run of that id.
-  Running& start(const StageKind& kind, int64_t flight_run_id) {
-    Running& running = running_[kind.process];
-    running = {};
-    running.flight_run_id = flight_run_id;
+  /// The process' run of that id in the flight; made when it is first asked for.
+  Running& running(const StageKind& kind, int64_t flight_run_id) {
+    Running& running = running_[{kind.process, flight_run_id}];
+    if (running.run) return running;
     const auto id =
         static_cast<int64_t>(fnv1a(run_id_ + static_cast<uint64_t>(++starts_), kind.process) >> 1);
     running.run = std::make_unique<StageRun>(
@@ -200,6 +206,17 @@ class Replay {
     return running;
   }
 
+  /// A message on a replayed channel is its stage's own, unless HEALTH knows the stage's runs and this is
+  /// none of them: an operator's.
+  [[nodiscard]] const StageKind* producer_of(const IndexEntry& entry) const {
+    const auto producer = producer_.find(entry.channel);
+    if (producer == producer_.end()) return nullptr;
+    const auto runs = index_.runs().find(producer->second->process);
+    const bool known_stranger =
+        entry.header && runs != index_.runs().end() && !runs->second.contains(entry.header->trace.run_id);
+    return known_stranger ? nullptr : producer->second;
+  }
+
   void on_output(const std::string& channel, int64_t flight_run_id, const std::vector<uint8_t>& bytes) {
     const LogEvent event{event_utime_, channel, bytes};
     write_(event);
@@ -208,8 +225,7 @@ class Replay {
   }
 
   void step_every_frame(const IndexEntry& entry) {
-    if (const auto producer = producer_.find(entry.channel); producer != producer_.end())
-      return remember_logged(entry);
+    if (producer_of(entry)) return remember_logged(entry);
     const LogEvent event = index_.load(entry);
     event_utime_ = entry.utime;
     write_(event);
@@ -219,7 +235,7 @@ class Replay {
       const LogEvent next = std::move(queue_.front());
       queue_.pop_front();
       for (const StageKind* kind : kinds_) {
-        ReplayBus& bus = running_.at(kind->process).run->bus;
+        ReplayBus& bus = running(*kind, 0).run->bus;
         if (bus.hears(next.channel)) bus.deliver(next, now);
       }
     }
@@ -227,84 +243,68 @@ class Replay {
 
   void step_as_flown(size_t position) {
     const IndexEntry& entry = index_.entries()[position];
-    const auto producer = producer_.find(entry.channel);
-    if (producer == producer_.end()) {
+    const StageKind* producer = producer_of(entry);
+    event_utime_ = entry.utime;
+    if (!producer) {
       if (entry.header) inputs_[{entry.channel, entry.header->trace.run_id}][entry.header->seq] = position;
       return write_(index_.load(entry));
     }
     remember_logged(entry);
     if (!entry.header) return;
-    const header_t& logged = *entry.header;
-    event_utime_ = entry.utime;
-    auto running = running_.find(producer->second->process);
-    if (running == running_.end() || running->second.flight_run_id != logged.trace.run_id) {
-      start(*producer->second, logged.trace.run_id);
-      running = running_.find(producer->second->process);
-    }
-    bring_up_to(running->second, logged.trace);
+    Running& stage = running(*producer, entry.header->trace.run_id);
+    bring_up_to(stage, producer->process == std::string("detector_proc"), entry.header->trace);
+    // also where an input was missing and nothing was said: the next answer has the flight's number again
+    stage.run->bus.set_next_seq(entry.channel, entry.header->seq + 1);
   }
 
-  /// Hands the stage what it had read when it published, the cause last.
-  void bring_up_to(Running& running, const trace_t& trace) {
-    std::vector<std::pair<size_t, LogEvent>> others;  // by place in the log
-    std::optional<LogEvent> cause;
+  /// Hands the stage what it had read when it published, the cause last. newest_frames: it looks at the
+  /// newest FRAME only, and what lies between was never handed to it.
+  void bring_up_to(Running& stage, bool newest_frames, const trace_t& trace) {
+    Inputs inputs, causes;
     for (const input_mark_t& mark : trace.inputs) {
-      auto known = running.delivered_seq.find({mark.channel, mark.run_id});
-      const bool only_newest = mark.channel == channels::frame.name && !keeps_frames(running);
-      const int64_t first = known == running.delivered_seq.end() || only_newest
-                                ? first_wanted(mark, only_newest)
-                                : known->second + 1;
-      if (known != running.delivered_seq.end() && known->second >= mark.seq) continue;
-      for (int64_t seq = first; seq <= mark.seq; ++seq) {
-        auto found = find_input(mark.channel, mark.run_id, seq);
-        if (!found) {
-          ++result_.missing_inputs;
-        } else if (mark.channel == trace.cause && seq == mark.seq) {
-          cause = std::move(found->second);
-        } else {
-          others.push_back(*std::move(found));
-        }
+      const auto known = stage.delivered_seq.find({mark.channel, mark.run_id});
+      if (known != stage.delivered_seq.end() && known->second >= mark.seq) continue;
+      int64_t first = known == stage.delivered_seq.end() ? mark.first_seq : known->second + 1;
+      if (newest_frames && mark.channel == channels::frame.name) first = mark.seq;
+      Inputs found = find_inputs(mark.channel, mark.run_id, first, mark.seq);
+      if (mark.channel == trace.cause && !found.empty()) {
+        causes.push_back(std::move(found.back()));
+        found.pop_back();
       }
-      running.delivered_seq[{mark.channel, mark.run_id}] = mark.seq;
+      std::move(found.begin(), found.end(), std::back_inserter(inputs));
+      stage.delivered_seq[{mark.channel, mark.run_id}] = mark.seq;
     }
-    std::stable_sort(others.begin(), others.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (const auto& [place, event] : others) running.run->bus.deliver(event, trace.publish_utime);
-    if (cause) running.run->bus.deliver(*cause, trace.publish_utime);
+    const auto earlier = [](const auto& a, const auto& b) { return a.first < b.first; };
+    std::stable_sort(inputs.begin(), inputs.end(), earlier);
+    std::stable_sort(causes.begin(), causes.end(), earlier);
+    for (const auto& [place, event] : inputs) stage.run->bus.deliver(event, trace.publish_utime);
+    for (const auto& [place, event] : causes) stage.run->bus.deliver(event, trace.publish_utime);
   }
 
-  /// The detector looks at the newest frame only; what lies between was never handed to it.
-  bool keeps_frames(const Running& running) const { return &running != find_running("detector_proc"); }
-  const Running* find_running(const std::string& process) const {
-    const auto found = running_.find(process);
-    return found == running_.end() ? nullptr : &found->second;
-  }
+  using Inputs = std::vector<std::pair<size_t, LogEvent>>;  ///< with their places in the log
 
-  /// Where a stage that has read nothing of this publisher yet begins.
-  int64_t first_wanted(const input_mark_t& mark, bool only_newest) const {
-    if (only_newest) return mark.seq;
-    int64_t first = mark.seq;
-    if (const auto logged = inputs_.find({mark.channel, mark.run_id}); logged != inputs_.end()) {
-      first = std::min(first, logged->second.begin()->first);
+  /// Messages first to last by the flight's numbers: from the log, or what a replayed stage said in their
+  /// place.
+  Inputs find_inputs(const std::string& channel, int64_t run_id, int64_t first, int64_t last) {
+    Inputs found;
+    const MessageKey end_key{channel, run_id, last};
+    for (auto made = replayed_.lower_bound({channel, run_id, first});
+         made != replayed_.end() && made->first <= end_key; ++made) {
+      const auto place = logged_.find(made->first);
+      found.emplace_back(place == logged_.end() ? size_t{0} : place->second, made->second);
     }
-    if (const auto produced = first_seq_.find({mark.channel, mark.run_id}); produced != first_seq_.end()) {
-      first = std::min(first, produced->second);
+    if (const auto run = inputs_.find({channel, run_id}); run != inputs_.end()) {
+      for (auto entry = run->second.lower_bound(first); entry != run->second.end() && entry->first <= last;
+           ++entry) {
+        LogEvent event = index_.load(index_.entries()[entry->second]);
+        const auto frame = decode(event, channels::frame);
+        const bool pixels_elsewhere =
+            frame && frame->encoding == frame_t::ENCODING_RING;  // of a ring that is long gone
+        if (!pixels_elsewhere) found.emplace_back(entry->second, std::move(event));
+      }
     }
-    return first;
-  }
-
-  /// An input by the flight's numbers: from the log, or what a replayed stage said in its place.
-  std::optional<std::pair<size_t, LogEvent>> find_input(const std::string& channel, int64_t run_id,
-                                                        int64_t seq) {
-    if (const auto made = replayed_.find({channel, run_id, seq}); made != replayed_.end()) {
-      const auto place = logged_.find({channel, run_id, seq});
-      return std::pair(place == logged_.end() ? size_t{0} : place->second, made->second);
-    }
-    const auto run = inputs_.find({channel, run_id});
-    if (run == inputs_.end()) return std::nullopt;
-    const auto entry = run->second.find(seq);
-    if (entry == run->second.end()) return std::nullopt;
-    return std::pair(entry->second, index_.load(index_.entries()[entry->second]));
+    result_.missing_inputs += std::max<int64_t>(0, last - first + 1 - static_cast<int64_t>(found.size()));
+    return found;
   }
 
   void remember_logged(const IndexEntry& entry) {
@@ -314,6 +314,7 @@ class Replay {
   }
 
   void compare() {
+    for (const StageKind* kind : kinds_) result_.asked.push_back(kind->outputs.front());
     if (options_.mode != ReplayMode::as_flown) {
       for (const auto& [key, event] : replayed_) ++result_.channels[std::get<0>(key)].only_replayed;
       for (const auto& [key, place] : logged_) ++result_.channels[std::get<0>(key)].only_logged;
@@ -343,8 +344,8 @@ class Replay {
   int starts_ = 0;
   int64_t event_utime_ = 0;
   std::vector<const StageKind*> kinds_;
-  std::map<std::string, const StageKind*> producer_;  ///< by channel
-  std::map<std::string, Running> running_;            ///< by process
+  std::map<std::string, const StageKind*> producer_;            ///< by channel
+  std::map<std::pair<std::string, int64_t>, Running> running_;  ///< by process and its run in flight
   std::map<std::pair<std::string, int64_t>, std::map<int64_t, size_t>>
       inputs_;  ///< external: channel, run -> seq -> entry
   std::map<std::pair<std::string, int64_t>, int64_t>
@@ -358,7 +359,12 @@ class Replay {
 }  // namespace
 
 bool ReplayResult::as_flown() const {
-  return missing_inputs == 0 && std::all_of(channels.begin(), channels.end(), [](const auto& entry) {
+  const bool compared = std::all_of(asked.begin(), asked.end(), [this](const std::string& channel) {
+    const auto found = channels.find(channel);
+    return found != channels.end() && found->second.equal > 0;
+  });
+  return compared && missing_inputs == 0 &&
+         std::all_of(channels.begin(), channels.end(), [](const auto& entry) {
            return entry.second.different == 0 && entry.second.only_logged == 0 &&
                   entry.second.only_replayed == 0;
          });

@@ -43,6 +43,9 @@ struct ReplayResult {
   /// Inputs that a logged output names and the log does not hold: its replay can differ.
   int64_t missing_inputs = 0;
 
+  std::vector<std::string> asked;  ///< main channel of each stage replayed
+
+  /// Every payload is equal, and each stage has some.
   [[nodiscard]] bool as_flown() const;
 };
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tools/names.hpp"
+#include "lcmtypes/names.hpp"
 
 namespace stevedore {
 namespace {
