@@ -8,5 +8,7 @@ start run "$top/run" --images "$scratch/film" --rate 15 --report "$scratch/repor
 wait "${pid_of[run]}" || fail "run ended with status $?"
 report="$scratch/report/report.json"
 cat "$scratch/report/table.txt"
+"$bin/replay" "$scratch/report/recording.lcm" --config "$top/config/desk.yaml" --as-flown --out "$scratch/replay.lcm" ||
+  fail "the flight with its restarts is not reproduced"
 check_report "$report" 'all(s["restarts"] == 1 for s in r["stages"].values())'
 check_report "$report" 'r["tracked"] >= 0.7 * r["frames"]'

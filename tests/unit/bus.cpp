@@ -138,3 +138,52 @@ TEST_CASE("subscribing twice and inconsistent messages are programming errors") 
   CHECK_THROWS_AS(bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {}),
                   std::logic_error);
 }
+
+TEST_CASE("a late message takes its gap back, a forged number is none") {
+  MemoryBus receiver;
+  receiver.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
+  const auto send = [&receiver](int64_t seq) {
+    hook_state_t message = hook();
+    message.header.seq = seq;
+    message.header.trace.run_id = 3;
+    receiver.deliver(channels::hook_state, message);
+    return receiver.counters("HOOK_STATE").lost_gap;
+  };
+  CHECK(send(5) == 0);
+  CHECK(send(7) == 1);
+  CHECK(send(6) == 0);
+  CHECK(send(8) == 0);
+  CHECK(send(int64_t{1} << 62) == 0);
+  CHECK(send(int64_t{1} << 62) == 0);
+}
+
+TEST_CASE("a frame that claims more bytes than it brings is refused before they are reserved") {
+  frame_t frame{};
+  frame.width_px = frame.height_px = 10;
+  frame.format = frame_t::FORMAT_GRAY8;
+  frame.encoding = frame_t::ENCODING_JPEG;
+  frame.size = 4;
+  frame.data = {1, 2, 3, 4};
+  const auto good = encode(frame);
+  CHECK(decode_checked<frame_t>(good.data(), static_cast<int>(good.size())));
+  auto forged = good;
+  const size_t size_at =
+      good.size() - 4 - 8 - 4 - 8 - 5 - 2 - 4 - 4;  // data, ring fields, encodings, height and width before
+  REQUIRE(forged[size_at + 3] == 4);
+  forged[size_at] = 0x7f;
+  CHECK_FALSE(
+      size_is_there(forged.data(), static_cast<int>(forged.size()), static_cast<const frame_t*>(nullptr)));
+  CHECK_FALSE(decode_checked<frame_t>(forged.data(), static_cast<int>(forged.size())));
+  for (int size = 0; size < static_cast<int>(good.size()); ++size)
+    CHECK_FALSE(decode_checked<frame_t>(good.data(), size));
+}
+
+TEST_CASE("the time of what is heard is the others', not this host's") {
+  MemoryBus bus;
+  bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
+  bus.now = 5'000'000;
+  CHECK(bus.stream_utime() == 5'000'000);
+  bus.deliver(channels::hook_state, hook());  // captured at 900
+  bus.now += 250;
+  CHECK(bus.stream_utime() == 1150);
+}

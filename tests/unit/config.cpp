@@ -86,6 +86,10 @@ TEST_CASE("what is wrong is said with file, line and key") {
   CHECK_THROWS_WITH(read("detector:\n  colours: [{hue: 10}, {hue: 200}]\n"),
                     Contains("detector.colours[1].hue"));
   CHECK_THROWS_WITH(read("detector: 5\n"), Contains("is not a map"));
+  CHECK_THROWS_WITH(read("detector:\n  votes: 1\n  votes: 2\n"),
+                    Contains(":3: detector.votes: stands here twice"));
+  CHECK_THROWS_AS(read("", {"detector=3", "detector.votes=3"}), ConfigError);
+  CHECK_THROWS_AS(Config::load("/tmp"), ConfigError);
   CHECK_THROWS_WITH(read("detectro:\n  gate_px: 4\n"), Contains(":1: detectro: is not a section"));
   CHECK_THROWS_WITH(read("detector: [\n"), Contains(":"));
   CHECK_THROWS_AS(Config::load("/nowhere/at/all.yaml"), ConfigError);

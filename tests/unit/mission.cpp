@@ -126,3 +126,33 @@ TEST_CASE("the operator chooses, holds, resumes and aborts") {
   CHECK(mission.decision().phase == Phase::abort);
   CHECK_FALSE(mission.decision().wanted);
 }
+
+TEST_CASE("time that goes back starts the clock anew") {
+  Mission mission{MissionSettings{}};
+  mission.see(view(1000, {circle(1, 12)}));
+  mission.tick(1002);
+  CHECK(has(mission, Emergency::vision_stale));
+  mission.see(view(10, {circle(1, 12)}));
+  CHECK(mission.decision().emergencies.empty());
+  mission.tick(10.6);
+  CHECK(has(mission, Emergency::vision_stale));
+}
+
+TEST_CASE("an operator's choice that is not there does not stop the mission, and an abort forgets it") {
+  Mission mission{MissionSettings{}};
+  mission.choose(77);
+  mission.see(view(10, {circle(1, 12)}));
+  CHECK(mission.decision().wanted->track_id == 1);
+  mission.abort();
+  mission.see(view(10.1, {circle(77, 12)}));
+  CHECK_FALSE(mission.decision().wanted);
+  mission.choose(-1);
+  CHECK(mission.decision().reason == "the operator's choice names no track");
+}
+
+TEST_CASE("a restarted mission does not repeat the numbers of its choices") {
+  Mission first{MissionSettings{}}, second{MissionSettings{}};
+  first.see(view(10, {circle(1, 12)}));
+  second.see(view(11, {circle(2, 12)}));
+  CHECK(second.decision().wanted->choice != first.decision().wanted->choice);
+}
