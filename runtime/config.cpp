@@ -134,6 +134,7 @@ void Config::override_with(const std::string& assignment) {
   } catch (const YAML::ParserException& error) {
     throw ConfigError("--set " + assignment + ": " + error.msg);
   }
+  if (value.IsScalar()) value = YAML::Node(value.Scalar());  // without a mark: its line is none of the file's
   if (dot == std::string::npos) {
     root_[path] = value;
     return;

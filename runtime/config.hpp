@@ -94,7 +94,7 @@ class Config {
   [[nodiscard]] YAML::Node section_node(const std::string& name) const;
 
   YAML::Node root_{YAML::NodeType::Map};
-  std::string where_ = "(defaults)";
+  std::string where_ = "(command line)";
 };
 
 }  // namespace stevedore
