@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <ios>
 #include <set>
 
 namespace stevedore {
@@ -104,14 +103,13 @@ Config Config::load(const std::string& path, const std::vector<std::string>& ove
   Config config;
   if (!path.empty()) {
     config.where_ = path;
+    if (std::filesystem::is_directory(path)) throw ConfigError(path + ": is a folder");
     try {
       config.root_ = YAML::LoadFile(path);
     } catch (const YAML::BadFile&) {
       throw ConfigError(path + ": can't be read");
     } catch (const YAML::ParserException& error) {
       throw ConfigError(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
-    } catch (const std::ios_base::failure&) {
-      throw ConfigError(path + ": is not a file");
     }
     if (config.root_.IsNull()) config.root_ = YAML::Node(YAML::NodeType::Map);
     if (!config.root_.IsMap()) throw ConfigError(path + ":1: is not a map of sections");
