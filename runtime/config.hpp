@@ -13,7 +13,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <initializer_list>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>

@@ -1,8 +1,6 @@
 #include "tools/replay_core.hpp"
 
 #include <algorithm>
-#include <any>
-#include <array>
 #include <deque>
 #include <iterator>
 #include <optional>

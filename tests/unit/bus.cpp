@@ -127,6 +127,7 @@ TEST_CASE("an answer says what it answers and what had been read") {
   CHECK(answer.header.trace.receive_utime == 5000);
   REQUIRE(answer.header.trace.inputs.size() == 2);
   CHECK(answer.header.trace.inputs[0].channel == "ALTIMETER");
+  CHECK(answer.header.trace.inputs[0].first_seq == 0);
   CHECK(answer.header.trace.inputs[0].seq == 2);
   CHECK(answer.header.trace.inputs[1].channel == "HOOK_STATE");
   CHECK(answer.header.trace.inputs[1].run_id == 11);
