@@ -39,9 +39,13 @@ void describe(CameraSettings& s, Visitor& visit) {
   visit("rate_hz", s.rate_hz, 0.0, 1000.0, "Hz",
         "rate at which files are played and which devices are asked for; 0: the source's own (images: 30)");
   visit.choice("colour", s.colour, {"auto", "grey", "colour"}, "pixels sent; auto: as the source has them");
-  visit("once", s.once, "image and video files: end after one pass instead of starting over");
+  visit("once", s.once,
+        "image and video files: end after one pass, or at once if there is nothing to read, instead of "
+        "starting over");
   visit("paced", s.paced,
-        "image and video files: play at rate_hz; off: as fast as they can be read, stamped rate_hz");
+        "image and video files: play at rate_hz; off: each as soon as the tracker has answered the one "
+        "before (after 1 s "
+        "at the latest), stamped rate_hz");
   visit("width_px", s.width_px, 0.0, 32767.0, "px", "width a device is asked for; 0: its own");
   visit("height_px", s.height_px, 0.0, 32767.0, "px", "height a device is asked for; 0: its own");
   visit.choice("transport", s.transport, {"ring", "jpeg", "png", "raw"},
@@ -73,6 +77,8 @@ class FrameSource {
   [[nodiscard]] virtual std::string fault() const = 0;
   /// A device: it sets the pace, it can vanish and it can freeze. Otherwise files.
   [[nodiscard]] virtual bool is_live() const = 0;
+  /// Frames that a device gave and nobody fetched before the next one, since the last call.
+  virtual std::int64_t take_superseded() { return 0; }
   /// Rate of a video file, 0 if unknown.
   [[nodiscard]] virtual double own_rate_hz() const { return 0; }
 };

@@ -19,6 +19,8 @@ constexpr std::int64_t fault_shown_us = 2'000'000;
 // Devices take seconds to open and start; OpenCV's V4L2 code itself gives up after 10 s.
 constexpr std::int64_t first_frame_allowance_us = 10'000'000;
 constexpr std::int64_t longest_wait_us = 100'000;
+constexpr std::int64_t unpaced_wait_us =
+    500;  // a look at the bus between two frames: below what the line takes for one
 constexpr double image_rate_hz = 30;
 
 std::int64_t to_us(double seconds) {
@@ -75,12 +77,17 @@ bool Camera::open() {
   }
   if (!source_) {
     lose(fault);
+    finished_ = settings_.once && is_file();  // they will not come by waiting
     return false;
   }
   pass_frames_ = 0;
   heard_utime_.reset();
   opened_utime_ = changed_utime_ = clock_();
   return true;
+}
+
+bool Camera::is_file() const {
+  return settings_.kind == "images" || settings_.kind == "video";
 }
 
 // The waits double from loss to loss until a frame comes.
@@ -162,6 +169,7 @@ std::optional<CameraFrame> Camera::next_of_device() {
   cv::Mat raw;
   std::int64_t capture_utime = 0;
   const Grab outcome = source_->grab(raw, capture_utime);
+  counts_.superseded += source_->take_superseded();
   const std::int64_t now = clock_();
   if (outcome == Grab::none) {
     check_silence(now);
@@ -213,9 +221,7 @@ CameraStatus Camera::status() const {
   if (finished_)
     return {State::finished,
             counts_.frames > 0 ? "all was played" : "ended without a readable frame: " + fault_};
-  if (lost_ && !source_ && fault_utime_)
-    return {State::failed,
-            fault_ + "; next try in " + in_seconds(std::max<std::int64_t>(0, retry_utime_ - now))};
+  if (lost_ && !source_ && fault_utime_) return {State::failed, fault_ + "; it is opened again and again"};
   if (lost_) return {State::failed, fault_ + (source_ ? "; opened, no frame yet" : "")};
   if (fault_utime_ && now - *fault_utime_ < fault_shown_us) return {State::degraded, fault_};
   return {State::ok, ""};
@@ -238,7 +244,9 @@ std::int64_t Camera::wait_us() const {
     until = now + longest_wait_us;
   else if (!source_)
     until = retry_utime_;
-  else if (pacer_ && settings_.paced && !ahead_.empty())
+  else if (pacer_ && !settings_.paced)
+    until = now + unpaced_wait_us;
+  else if (pacer_ && !ahead_.empty())
     until = pacer_->due_utime();
   return std::clamp<std::int64_t>(until - now, 0, longest_wait_us);
 }

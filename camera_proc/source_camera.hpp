@@ -46,6 +46,7 @@ struct CameraCounts {
   std::int64_t frames = 0;      ///< delivered
   std::int64_t unreadable = 0;  ///< image files or frames that could not be read or used
   std::int64_t late_ticks = 0;  ///< of the schedule of a file source
+  std::int64_t superseded = 0;  ///< frames of a device that came faster than they were fetched
   std::int64_t reopened = 0;    ///< times that a lost device was opened again
 };
 
@@ -76,6 +77,7 @@ class Camera {
 
  private:
   bool open();
+  [[nodiscard]] bool is_file() const;
   void lose(const std::string& why);
   void note_fault(const std::string& what);
   std::optional<CameraFrame> next_of_files();

@@ -23,11 +23,13 @@ struct Mailbox {
   cv::Mat image;
   std::int64_t capture_utime = 0;
   std::string fault;
+  std::int64_t superseded = 0;  // frames that nobody fetched before the next one came
 };
 
 void post(Mailbox& box, Grab outcome, cv::Mat image, std::int64_t capture_utime, std::string fault) {
   {
     const std::lock_guard lock(box.mutex);
+    if (box.outcome == Grab::frame) ++box.superseded;
     box.outcome = outcome;
     box.image = std::move(image);
     box.capture_utime = capture_utime;
@@ -96,6 +98,10 @@ class ThreadedSource : public FrameSource {
   }
   [[nodiscard]] std::string fault() const override { return fault_; }
   [[nodiscard]] bool is_live() const override { return true; }
+  std::int64_t take_superseded() override {
+    const std::lock_guard lock(box_->mutex);
+    return std::exchange(box_->superseded, 0);
+  }
 
  private:
   std::shared_ptr<Mailbox> box_;

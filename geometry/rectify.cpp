@@ -56,6 +56,7 @@ RectifyMaps make_rectify_maps(const CameraModel& camera) {
   RectifyMaps maps;
   if (camera.distortion == Distortion::none && same(camera.given, camera.rectified)) return maps;
   const cv::Mat given = matrix(camera.given), rectified = matrix(camera.rectified);
+  maps.given_size = {camera.given.width_px, camera.given.height_px};
   const cv::Size size(camera.rectified.width_px, camera.rectified.height_px);
   constexpr int type =
       CV_16SC2;  // cv::remap interpolates in steps of 1/32 px with float maps too; these are faster
@@ -70,6 +71,7 @@ RectifyMaps make_rectify_maps(const CameraModel& camera) {
 
 cv::Mat rectify(const cv::Mat& given, const RectifyMaps& maps) {
   if (maps.map_1.empty()) return given;
+  CV_Assert(given.size() == maps.given_size);
   cv::Mat out;
   cv::remap(given, out, maps.map_1, maps.map_2, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
   return out;

@@ -15,12 +15,13 @@ namespace stevedore {
 struct RectifyMaps {
   cv::Mat map_1;
   cv::Mat map_2;
+  cv::Size given_size;  ///< of the images that they are for
 };
 
 RectifyMaps make_rectify_maps(const CameraModel& camera);
 
-/// The image the rectified pinhole would have taken; black where the lens did not look. Returns the image
-/// itself, not a copy, when the maps are empty.
+/// The image, of the size the camera gives, as the rectified pinhole would have taken it; black where the
+/// lens did not look. Returns the image itself, not a copy, when the maps are empty.
 cv::Mat rectify(const cv::Mat& given, const RectifyMaps& maps);
 
 /// Pixel of the rectified image to pixel of the image as given.

@@ -54,6 +54,7 @@ void Mission::tick(double time_s) {
   const double stale_s = time_s_ - *vision_time_s_;
   set_emergency(Emergency::vision_stale, stale_s > settings_.stale_s,
                 fmt::format("no POSES for more than {:.1f} s", settings_.stale_s));
+  if (stale_s > settings_.stale_s && decision_.phase == Phase::approach) set_phase(Phase::search);
   set_emergency(Emergency::all_out_of_view, time_s_ - mark_time_s_ > settings_.out_of_view_s,
                 fmt::format("no circle or cargo seen for more than {:.1f} s", settings_.out_of_view_s));
 }

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace stevedore {
 namespace {
@@ -31,8 +32,10 @@ class Reader {
       throw ConfigError(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
     }
     if (!root_.IsMap()) throw ConfigError(path + ":1: is not a camera file (ROS camera_info YAML)");
+    std::set<std::string> seen;
     for (const auto& entry : root_) {
       const std::string key = entry.first.Scalar();
+      if (!seen.insert(key).second) fail(entry.first, key, "stands here twice");
       if (std::find(known_keys.begin(), known_keys.end(), key) == known_keys.end())
         fail(entry.first, key,
              fmt::format("is not a key of a camera file; there are: {}", fmt::join(known_keys, ", ")));

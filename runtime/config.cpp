@@ -16,9 +16,10 @@ constexpr std::array<const char*, 11> known_sections = {"camera_file", "bus",   
                                                         "tracker",     "pose",   "mission", "sim",
                                                         "gimbal",      "record", "platform"};
 
+/// Nodes without a mark are of no file: they came by --set.
 std::string location(const YAML::Node& node, const std::string& where) {
   const auto mark = node.Mark();
-  return mark.is_null() ? where : fmt::format("{}:{}", where, mark.line + 1);
+  return mark.is_null() ? "--set" : fmt::format("{}:{}", where, mark.line + 1);
 }
 
 }  // namespace
@@ -145,8 +146,11 @@ void Config::override_with(const std::string& assignment) {
 }
 
 void Config::check_sections() const {
+  std::set<std::string> seen;
   for (const auto& entry : root_) {
     const std::string name = entry.first.Scalar();
+    if (!seen.insert(name).second)
+      throw ConfigError(fmt::format("{}: {}: stands here twice", location(entry.first, where_), name));
     if (std::find(known_sections.begin(), known_sections.end(), name) == known_sections.end()) {
       throw ConfigError(fmt::format("{}: {}: is not a section; there are: {}", location(entry.first, where_),
                                     name, fmt::join(known_sections, ", ")));

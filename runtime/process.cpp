@@ -181,6 +181,11 @@ void Process::publish_health() {
     input.age_p99_ms = percentile_ms(ages_us, 0.99);
     health.inputs.push_back(input);
   }
+  if (condition_.source) {
+    input_health_t& source = health.inputs.emplace_back(*condition_.source);
+    source.rate_hz = rate(source.handled - std::exchange(handled_before_[source.channel], source.handled));
+    source.age_p50_ms = source.age_p99_ms = -1;
+  }
   for (const auto& [channel, count] : bus_->published()) {
     output_health_t output{};
     output.channel = channel;

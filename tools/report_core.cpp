@@ -106,8 +106,8 @@ std::optional<Percentiles> LogSummary::stage_latency(const StageLine& line) cons
   for (const Output& output : outputs_on(line.output)) {
     if (output.frame_seq < 0) continue;
     const auto answered = answered_utime.find(output.utime);
-    if (is_camera) {
-      latencies_us.push_back(output.publish_utime - output.utime);
+    if (is_camera) {  // files as fast as possible carry stamps of their own schedule, ahead of the clock
+      latencies_us.push_back(std::max<int64_t>(0, output.publish_utime - output.utime));
     } else if (answered != answered_utime.end()) {
       latencies_us.push_back(output.publish_utime - answered->second);
     }
@@ -134,6 +134,7 @@ StageReport LogSummary::stage_report(const StageLine& line) const {
     stage.skipped = stage.skipped.value_or(0);
     for (const auto& input : health.inputs) {
       if (input.channel != line.input && input.channel != line.frames_in) continue;
+      if (!*line.input) stage.in += input.received;
       if (input.channel == line.input) {
         stage.in += input.received;
         stage.missed += lost_of(input) + input.skipped;
@@ -152,7 +153,7 @@ StageReport LogSummary::stage_report(const StageLine& line) const {
   stage.restarts = std::max<int64_t>(0, static_cast<int64_t>(told.size()) - 1);
   const bool is_camera = !*line.input;
   if (is_camera) {
-    stage.in = stage.out;
+    stage.in = std::max(stage.in, stage.out);
   } else if (runs.empty()) {
     stage.in = static_cast<int64_t>(outputs_on(line.input).size());
   }
@@ -165,10 +166,15 @@ Report LogSummary::report() const {
   for (const auto& [run_id, published] : published_by_run(outputs_on(channels::frame.name))) {
     report.frames += published;
   }
+  std::unordered_map<int64_t, int64_t> sent_utime;
+  for (const Output& frame : outputs_on(channels::frame.name))
+    sent_utime.try_emplace(frame.utime, frame.publish_utime);
   std::map<int64_t, int64_t> latency_by_utime;
   for (const Output& mission : outputs_on(channels::mission.name)) {
     if (mission.frame_seq < 0) continue;
-    latency_by_utime.try_emplace(mission.utime, mission.publish_utime - mission.utime);
+    const auto sent = sent_utime.find(mission.utime);
+    const int64_t capture = sent == sent_utime.end() ? mission.utime : std::min(mission.utime, sent->second);
+    latency_by_utime.try_emplace(mission.utime, mission.publish_utime - capture);
   }
   std::vector<int64_t> latencies_us;
   for (const auto& [utime, latency_us] : latency_by_utime) latencies_us.push_back(latency_us);
@@ -227,6 +233,11 @@ std::string remarks(const Report& report) {
         "{} frames had no answer though nobody counted them lost: a process was away, or the log is\n"
         "not complete.\n",
         report.unexplained);
+  }
+  const StageReport& camera = report.stages.front();
+  if (camera.lost.value_or(0) > 0) {
+    text += fmt::format("{} images could not be read or sent: {} says which in its log.\n", *camera.lost,
+                        camera.process);
   }
   if (report.missing_in_log > 0) {
     text += fmt::format("{} messages of the line were published but are not in the log.\n",

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "lcmtypes/channels.hpp"
+#include "runtime/condition.hpp"
 #include "runtime/event_log.hpp"
 
 namespace stevedore {
@@ -27,13 +28,13 @@ std::optional<Percentiles> percentiles_of(std::vector<int64_t> values_us);
 struct StageLine {
   const char* process;
   const char* input;      ///< the message that it answers; empty: the camera has none
-  const char* frames_in;  ///< a second input whose loss is a lost frame too; empty: none
+  const char* frames_in;  ///< another input whose loss is a lost frame too; empty: none
   const char* output;
 };
 
 /// In the line's order: each one's input is the output of the one before.
 inline constexpr std::array<StageLine, 5> stage_lines{{
-    {"camera_proc", "", "", channels::frame.name},
+    {"camera_proc", "", source_channel, channels::frame.name},
     {"detector_proc", channels::frame.name, "", channels::ellipses.name},
     {"tracker_proc", channels::ellipses.name, channels::frame.name, channels::tracks.name},
     {"pose_proc", channels::tracks.name, "", channels::poses.name},

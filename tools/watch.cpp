@@ -47,6 +47,11 @@ int watch(LcmBus& bus, double patience_s) {
       line_utime += line_period_us;
     }
     if (worked_off) return 0;
+    if (view.ended_without_frames()) {
+      progress.end();
+      fmt::print(stderr, "The camera ended without one frame: {}\n", view.camera_message());
+      return 1;
+    }
     if (gave_up) {
       progress.end();
       fmt::print(stderr, "No MISSION for {:.0f} s. {}\n", view.silent_s(now), view.silence(now));

@@ -46,6 +46,7 @@ void WatchView::on_health(const health_t& health, int64_t now) {
   if (camera_run_id_ != health.header.trace.run_id) newest_answered_seq_ = -1;
   camera_run_id_ = health.header.trace.run_id;
   camera_finished_ = health.state == health_t::STATE_FINISHED;
+  camera_message_ = health.message;
   published_ = published_by(health, channels::frame.name);
 }
 
@@ -85,6 +86,10 @@ double WatchView::silent_s(int64_t now) const {
 bool WatchView::worked_off(int64_t now) const {
   if (!camera_finished_ || frames_out_ == 0) return false;
   return newest_answered_seq_ + 1 >= published_ || silent_s(now) >= drain_s;
+}
+
+bool WatchView::ended_without_frames() const {
+  return camera_finished_ && frames_in() == 0;
 }
 
 std::string WatchView::silence(int64_t now) const {

@@ -22,6 +22,10 @@ class WatchView {
 
   /// The camera has finished, and what it published has gone through the line.
   [[nodiscard]] bool worked_off(int64_t now) const;
+  /// The camera has come to its end and never sent a frame: nothing to wait for.
+  [[nodiscard]] bool ended_without_frames() const;
+  /// What the camera last said of itself.
+  [[nodiscard]] const std::string& camera_message() const { return camera_message_; }
   /// Why no MISSION comes; names who is silent.
   [[nodiscard]] std::string silence(int64_t now) const;
   /// How long no frame has come out of the line.
@@ -45,6 +49,7 @@ class WatchView {
   int64_t camera_run_id_ = 0;
   int64_t newest_answered_seq_ = -1;  ///< of this run of the camera
   bool camera_finished_ = false;
+  std::string camera_message_;
   int64_t published_ = 0;  ///< by this run of the camera
 
   int64_t frames_out_ = 0;

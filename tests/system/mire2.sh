@@ -13,4 +13,6 @@ check_report "$report" 'r["frames"] == 501 and r["frames_lost"] == 0'
 check_report "$report" 'all(s["lost"] == 0 for s in r["stages"].values())'
 "$tests/probe" targets "$scratch/report/recording.lcm" 'mire-2/image.0000.pgm' >"$scratch/targets.jsonl"
 "$top/tools/score_tracks.py" "$top/tests/data/mire-2/truth.jsonl" "$scratch/targets.jsonl" | tee "$scratch/score.json"
-check_report "$scratch/score.json" 'r["tracked_share"] >= 0.98'
+# every labelled frame but the first, in which nothing has been chosen yet; on a busy machine a frame may be skipped
+check_report "$scratch/score.json" 'r["tracked"] + r["missing"] >= r["labelled_frames"] - 1 and r["wrong"] == 0'
+check_report "$report" 'r["frames_skipped"] >= '"$(value "$scratch/score.json" 'r["missing"]')"

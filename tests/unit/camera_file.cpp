@@ -124,6 +124,7 @@ TEST_CASE("complaints name line, key and what is expected") {
   check_complaint(with("response: 2.2", "response: rec709"), ":6: response", "linear, srgb");
   check_complaint(with("response: 2.2", "response: 22"), ":6: response", "0.2 to 5");
   check_complaint(with("response", "responce"), ":6: responce", "is not a key");
+  check_complaint(good + "image_width: 320\n", ":7: image_width", "stands here twice");
   check_complaint(good + "mount_deg: {tilt: 1}\n", ":7: mount_deg.tilt", "roll, pitch, yaw");
   check_complaint(good + "rectification_matrix: {rows: 3, cols: 3, data: [0,1,0, 1,0,0, 0,0,1]}\n",
                   ":7: rectification_matrix", "identity");

@@ -156,3 +156,17 @@ TEST_CASE("a restarted mission does not repeat the numbers of its choices") {
   second.see(view(11, {circle(2, 12)}));
   CHECK(second.decision().wanted->choice != first.decision().wanted->choice);
 }
+
+TEST_CASE("a target is not approached while vision is stale") {
+  Mission mission{MissionSettings{}};
+  mission.see(view(10, {circle(1, 12)}));
+  mission.see(view(10.1, {circle(1, 12)}, 1, TargetStatus::tracking));
+  REQUIRE(mission.decision().phase == Phase::approach);
+  mission.tick(10.5);
+  CHECK(mission.decision().phase == Phase::approach);
+  mission.tick(10.7);
+  CHECK(has(mission, Emergency::vision_stale));
+  CHECK(mission.decision().phase == Phase::search);
+  mission.see(view(10.8, {circle(1, 12)}, 1, TargetStatus::tracking));
+  CHECK(mission.decision().phase == Phase::approach);
+}

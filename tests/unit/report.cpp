@@ -237,6 +237,23 @@ TEST_CASE("losses and skips are those of the newest HEALTH, on the inputs that c
   CHECK(stage(report, "tracker_proc").missed == 1);  // without its frame it answers all the same
 }
 
+TEST_CASE("the camera's own input: what could not be read is lost, what came too fast is skipped") {
+  SyntheticLog log;
+  for (int64_t k = 0; k < 5; ++k) publish_line(log, k);
+  auto source = input("camera", 9);
+  source.handled = 5;
+  source.lost_malformed = 1;
+  source.skipped = 3;
+  publish_health(log, health("camera_proc", {source}, "FRAME", 5), camera, capture_utime(5));
+  const Report report = log.report();
+  CHECK(stage(report, "camera_proc").in == 9);
+  CHECK(stage(report, "camera_proc").out == 5);
+  CHECK(stage(report, "camera_proc").lost == 1);
+  CHECK(stage(report, "camera_proc").skipped == 3);
+  CHECK(report.frames == 5);
+  CHECK(to_text(report).find("1 images could not be read or sent") != std::string::npos);
+}
+
 TEST_CASE("a restarted process is the sum of its runs, with what it did after its last HEALTH") {
   SyntheticLog log;
   const auto ellipses_of = [&log](int64_t run_id, int64_t k) {
@@ -405,6 +422,17 @@ TEST_CASE("a finished camera without one answer is not worked off") {
   view.on_mission(idle, second);
   CHECK_FALSE(view.worked_off(30 * second));
   CHECK(view.silent_s(30 * second) == Approx(30));
+}
+
+TEST_CASE("a camera that ended without a frame is not waited for") {
+  WatchView view(0);
+  camera_says(view, 1, 0, 0, health_t::STATE_FAILED, second);
+  CHECK_FALSE(view.ended_without_frames());
+  camera_says(view, 1, 1, 0, health_t::STATE_FINISHED, 2 * second);
+  CHECK(view.ended_without_frames());
+  WatchView played(0);
+  camera_says(played, 1, 0, 3, health_t::STATE_FINISHED, second);
+  CHECK_FALSE(played.ended_without_frames());
 }
 
 TEST_CASE("answers to an earlier run of the camera don't count for this one") {
