@@ -34,6 +34,20 @@ TEST_CASE("--help states the exit statuses, --version the build, a mistake is st
   }
 }
 
+TEST_CASE("scripts have --help too, with no root, no screen, and nothing done") {
+  for (const std::string script :
+       {"run", "test", "launch/netns", "launch/make-services", "launch/make-systemd-units",
+        "launch/multicast-route", "logs/record-golden", "scripts/install-packages", "scripts/lint-format",
+        "tools/spy"}) {
+    INFO(script);
+    const auto help =
+        run_program("unset DISPLAY; PATH=/usr/bin:/bin " STEVEDORE_SOURCE_DIR "/" + script + " --help");
+    CHECK(help.status == 0);
+    CHECK(help.out.find("usage: ") != std::string::npos);
+    CHECK(help.err.empty());
+  }
+}
+
 TEST_CASE("output that can't be written is an error, whatever else went well") {
   const Folder folder;
   std::ofstream(folder.file("a.pgm")) << "P5 4 4 255\n0123456789abcdef";

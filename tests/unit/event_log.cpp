@@ -149,7 +149,7 @@ TEST_CASE("a sync word among the pixels of a whole event is none") {
   CHECK(whole.damage.empty());
 }
 
-TEST_CASE("random bytes hold no event; no file and a folder are errors that say which") {
+TEST_CASE("random bytes hold no event, no file and a folder are errors that say which") {
   const Folder folder;
   std::mt19937 random(1);
   std::ofstream file(folder.file("random"), std::ios::binary);
