@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "runtime/event_log.hpp"
+
 namespace stevedore {
 namespace {
 
@@ -38,6 +40,23 @@ void remember(std::vector<HeardRun>& runs, int64_t run_id, int64_t seq) {
   runs.push_back(run);
 }
 
+/// Whether this number follows on what was heard of a run.
+bool follows(const std::vector<HeardRun>& runs, int64_t run_id, int64_t seq) {
+  return std::any_of(runs.begin(), runs.end(), [&](const HeardRun& run) {
+    return run.run_id == run_id && seq > run.newest_seq && seq - run.newest_seq <= gap_at_most;
+  });
+}
+
+/// The header of a message of this type, whatever the rest of it is worth.
+std::optional<header_t> header_of(const void* data, size_t size, int64_t fingerprint) {
+  const auto* bytes = static_cast<const uint8_t*>(data);
+  int64_t hash = 0;
+  if (size < sizeof hash || __int64_t_decode_array(bytes, 0, static_cast<int>(sizeof hash), &hash, 1) < 0 ||
+      hash != fingerprint)
+    return std::nullopt;
+  return decode_header({bytes, bytes + size});
+}
+
 /// No message comes near it (a frame has 200 MB at most); LCM counts bytes with an int.
 constexpr size_t oversized_bytes = std::numeric_limits<int>::max() / 2;
 
@@ -62,6 +81,7 @@ void Bus::receive(const std::string& channel, const void* data, size_t size) {
   const auto header = size <= oversized_bytes ? input.decode(data, static_cast<int>(size)) : std::nullopt;
   if (!header) {
     ++input.counters_.lost_malformed;
+    if (size <= oversized_bytes) count_once(input, header_of(data, size, input.fingerprint()));
     return;
   }
   input.counters_.lost_gap += gap_before(input.arrived_, header->trace.run_id, header->seq);
@@ -71,6 +91,12 @@ void Bus::receive(const std::string& channel, const void* data, size_t size) {
   input.waiting_since_utime_ = now_utime();
   if (input.ages_us_.size() < most_ages) input.ages_us_.push_back(input.waiting_since_utime_ - header->utime);
   if (input.delivery_ == Delivery::every) hand_out(channel, input);
+}
+
+void Bus::count_once(Input& input, const std::optional<header_t>& refused) {
+  if (!refused || !follows(input.arrived_, refused->trace.run_id, refused->seq)) return;
+  input.counters_.lost_gap += gap_before(input.arrived_, refused->trace.run_id, refused->seq);
+  remember(input.arrived_, refused->trace.run_id, refused->seq);
 }
 
 void Bus::deliver_newest() {

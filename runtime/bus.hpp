@@ -102,6 +102,8 @@ class Bus {
     Input& operator=(const Input&) = delete;
     /// Nothing: undecodable or invalid. On success the message waits inside.
     virtual std::optional<header_t> decode(const void* data, int size) = 0;
+    /// Of the type: what every message of it starts with.
+    [[nodiscard]] virtual int64_t fingerprint() const = 0;
     virtual void handle() = 0;
 
     const Delivery delivery_;
@@ -124,6 +126,7 @@ class Bus {
       message_ = *std::move(message);
       return message_.header;
     }
+    [[nodiscard]] int64_t fingerprint() const override { return M::getHash(); }
     void handle() override {
       const M message = std::move(message_);  // a handler may make the bus receive more
       handler_(message);
@@ -134,6 +137,10 @@ class Bus {
     M message_{};
   };
 
+  /// A refused message is one loss: where its header can be read it has arrived, and its number is not missed
+  /// again as a gap. A number that does not follow on its publisher's last is not believed, and a message
+  /// without a readable header has none: should it have been one of a sequence, its gap is counted too.
+  static void count_once(Input& input, const std::optional<header_t>& refused);
   void add_input(const std::string& channel, std::unique_ptr<Input> input);
   void hand_out(const std::string& channel, Input& input);
   void stamp(const std::string& channel, header_t& header);

@@ -9,6 +9,7 @@
 
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/validate.hpp"
+#include "runtime/file_descriptor.hpp"
 
 namespace lcm {
 class LogFile;
@@ -40,22 +41,59 @@ std::optional<M> decode(const LogEvent& event, const Channel<M>& channel) {
   return decode_checked<M>(event.bytes.data(), static_cast<int>(event.bytes.size()));
 }
 
+/// A stretch of a log that no event could be read from.
+struct DamagedPart {
+  int64_t position = 0;  ///< of its first byte in the file
+  int64_t bytes = 0;
+  bool at_end = false;  ///< no event follows
+};
+
+/// One sentence a damaged part, the first few; empty for a log that is whole.
+std::string describe(const std::vector<DamagedPart>& damage);
+
+/// Reads a log from beginning to end. Every length is held against the file before it is believed; behind a
+/// damaged event reading goes on at the next sync word with a sound header, and what was skipped is told.
+///
+/// An event (LCM's log format, all big-endian): sync word 0xEDA1DA01, event number (64 bits), time in us
+/// (64), lengths of channel and data (32 each), channel, data.
 class LogReader {
  public:
-  /// Throws std::runtime_error if the file can't be read.
+  /// Throws std::runtime_error that says why the file can't be read.
   explicit LogReader(const std::string& path);
-  ~LogReader();
   LogReader(const LogReader&) = delete;
   LogReader& operator=(const LogReader&) = delete;
 
-  /// Nothing at the end, and at a torn tail (a logger that was killed).
+  /// Nothing at the end. Throws std::runtime_error where the disk gives an error.
   std::optional<LogEvent> next();
-  /// Where the next event starts, to come back to with seek.
-  [[nodiscard]] int64_t position() const;
-  void seek(int64_t position);
+  /// Where the event that next() gave last starts, to come back to with seek.
+  [[nodiscard]] int64_t position() const { return event_position_; }
+  void seek(int64_t position) { next_position_ = position; }
+  /// What next() has skipped so far, in the order of reading.
+  [[nodiscard]] const std::vector<DamagedPart>& damage() const { return damage_; }
 
  private:
-  std::unique_ptr<lcm::LogFile> file_;
+  struct Place {
+    int64_t position, utime, channel_bytes, data_bytes;
+    [[nodiscard]] int64_t channel_position() const;
+    [[nodiscard]] int64_t end() const;
+  };
+
+  /// The event at this position, if its header is sound and it ends within the file.
+  [[nodiscard]] std::optional<Place> event_at(int64_t position) const;
+  /// The first event that starts within [begin, end).
+  [[nodiscard]] std::optional<Place> find_event(int64_t begin, int64_t end) const;
+  /// Whether an event is followed by another one, or by nothing.
+  [[nodiscard]] bool ends_well(const Place& event) const;
+  [[nodiscard]] LogEvent load(const Place& event) const;
+  /// These bytes of the file.
+  void read(int64_t position, void* bytes, int64_t count) const;
+
+  std::string path_;
+  FileDescriptor file_;
+  int64_t size_ = 0;
+  int64_t event_position_ = 0;
+  int64_t next_position_ = 0;
+  std::vector<DamagedPart> damage_;
 };
 
 class LogWriter {
@@ -66,7 +104,7 @@ class LogWriter {
   LogWriter(const LogWriter&) = delete;
   LogWriter& operator=(const LogWriter&) = delete;
 
-  /// Throws std::runtime_error when the disk is full.
+  /// They throw std::runtime_error when the disk is full. Without a flush at the end nobody is told of that.
   void write(const LogEvent& event);
   void flush();
 

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
-#include <iostream>
 #include <opencv2/core.hpp>
 
 #include "lcmtypes/names.hpp"
@@ -62,10 +61,6 @@ void stop_on_signals() {
   sigaction(SIGINT, &action, nullptr);
 }
 
-const char* version() {
-  return STEVEDORE_VERSION;
-}
-
 Process::Process(int argc, char** argv, std::string name, const std::string& what_it_does,
                  const std::function<void(CLI::App&)>& more_options)
     : name_(std::move(name)), start_utime_(monotonic_utime()) {
@@ -78,13 +73,8 @@ Process::Process(int argc, char** argv, std::string name, const std::string& wha
   app.add_option("--lcm-url", url, fmt::format("LCM's address, over bus.url [{}]", default_lcm_url));
   app.add_option("--log-level", level, "trace, debug, info, warning, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
-  app.set_version_flag("--version", version());
   if (more_options) more_options(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error) == 0 ? 0 : 2);
-  }
+  parse_command_line(app, argc, argv);
   open_log(name_, level);
   cv::setNumThreads(1);
   stop_on_signals();
@@ -198,18 +188,6 @@ void Process::publish_health() {
   health_utime_ = now;
   cpu_s_ = cpu_s;
   bus_->publish(channels::health, health);
-}
-
-int guarded_main(const std::function<int()>& body) {
-  try {
-    return body();
-  } catch (const ConfigError& error) {
-    std::cerr << "configuration: " << error.what() << '\n';
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
-  }
 }
 
 }  // namespace stevedore

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/command_line.hpp"
 #include "runtime/condition.hpp"
 #include "runtime/config.hpp"
 #include "runtime/frame_codec.hpp"
@@ -31,8 +32,8 @@ namespace stevedore {
 class Process {
  public:
   /// Reads the command line (--config, --set, --lcm-url, --log-level, --help, --version) and the
-  /// configuration, opens log and bus. Throws ConfigError or std::runtime_error; --help and --version end the
-  /// program.
+  /// configuration, opens log and bus. Throws ConfigError, std::runtime_error, and ProgramEnd after --help
+  /// and --version.
   Process(int argc, char** argv, std::string name, const std::string& what_it_does,
           const std::function<void(CLI::App&)>& more_options = {});
   ~Process();
@@ -83,15 +84,8 @@ class Process {
   std::map<std::string, int64_t> published_before_;
 };
 
-/// Runs main's body; an exception becomes one line on standard error and exit status 1, a bad
-/// configuration 2.
-int guarded_main(const std::function<int()>& body);
-
 /// Set by SIGTERM and SIGINT.
 bool stop_requested();
 void stop_on_signals();
-
-/// Which build this is, for --version.
-const char* version();
 
 }  // namespace stevedore

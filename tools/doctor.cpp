@@ -56,26 +56,24 @@ void print_channels() {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Says whether this machine can run the set, and what to do where it can't. Exit status: how many "
-      "things keep the set from running.",
-      "doctor");
+int run(int argc, char** argv) {
+  CLI::App app("Says whether this machine can run the set, and what to do where it can't.", "doctor");
   bool json = false, channels = false;
   app.add_flag("--json", json, "the findings as a JSON list of what, verdict (ok, limited or fix), text");
   app.add_flag("--channels", channels, "only print the table of channels, as Markdown");
-  app.set_version_flag("--version", version());
-  CLI11_PARSE(app, argc, argv);
-  return guarded_main([&] {
-    if (channels) {
-      print_channels();
-      return 0;
-    }
-    const std::vector<Finding> findings = all_findings();
-    json ? print_json(findings) : print_lines(findings);
-    return static_cast<int>(std::count_if(findings.begin(), findings.end(),
-                                          [](const Finding& f) { return f.verdict == Verdict::fix; }));
-  });
+  parse_command_line(app, argc, argv, "else how many things keep the set from running");
+  if (channels) {
+    print_channels();
+    return 0;
+  }
+  const std::vector<Finding> findings = all_findings();
+  json ? print_json(findings) : print_lines(findings);
+  return static_cast<int>(std::count_if(findings.begin(), findings.end(),
+                                        [](const Finding& f) { return f.verdict == Verdict::fix; }));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return guarded_main([&] { return run(argc, argv); });
 }

@@ -1,13 +1,17 @@
 // Detector, tracker and poses for images and image sequences, without a bus: one JSON object a line and
 // image.
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <numeric>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "runtime/camera_file.hpp"
+#include "runtime/command_line.hpp"
 #include "runtime/config.hpp"
 #include "tools/locate_output.hpp"
 
@@ -16,8 +20,6 @@ namespace {
 using namespace stevedore;
 namespace fs = std::filesystem;
 
-constexpr int unreadable_image = 1, wrong_usage = 2;  // exit statuses
-
 struct Options {
   std::string camera, config, method, track, overlay;
   std::vector<double> gravity;
@@ -25,14 +27,22 @@ struct Options {
   std::vector<std::string> images;
 };
 
+/// CLI::PositiveNumber lets nan and inf pass.
+const CLI::Validator length(
+    [](const std::string& text) {
+      double value = 0;
+      std::istringstream number(text);  // reads neither nan nor inf
+      const bool good = number >> value && number.peek() == EOF && value > 0;
+      return good ? std::string() : text + " is not a positive number";
+    },
+    "POSITIVE");
+
 void declare(CLI::App& app, Options& o) {
   app.add_option("IMAGE", o.images, "Images; with --track, a sequence in this order, 30 a second")
       ->required();
   app.add_option("--camera", o.camera, "Camera file (ROS camera_info YAML); without it no circle has a pose");
-  app.add_option("--radius", o.radius_m, "Radius of a painted circle's outer edge, in metres")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--cargo-radius", o.cargo_radius_m, "Radius of a cargo's rim, in metres")
-      ->check(CLI::PositiveNumber);
+  app.add_option("--radius", o.radius_m, "Radius of a painted circle's outer edge, in metres")->check(length);
+  app.add_option("--cargo-radius", o.cargo_radius_m, "Radius of a cargo's rim, in metres")->check(length);
   app.add_option("--gravity", o.gravity,
                  "Down, in the camera frame (x right, y down, z forward), of any length")
       ->delimiter(',')
@@ -51,8 +61,8 @@ void declare(CLI::App& app, Options& o) {
       "Lengths are semi-axes in pixels of the image as given, (0, 0) the centre of its upper-left pixel; "
       "alpha\n"
       "is in radians, clockwise from right. Circles are in the camera frame, in metres.\n"
-      "Exit status: 0, 1 if an image could not be read, 2 for a mistake in options or files.\n\n"
-      "  locate --camera config/camera.yaml --radius 0.5 --track first --overlay out frames/*.png");
+      "\n"
+      "  locate --camera config/camera.yaml --radius 0.5 --track first --overlay out frames/*.png\n");
 }
 
 std::optional<Eigen::Vector2d> pixel_of(const std::string& track) {
@@ -61,14 +71,14 @@ std::optional<Eigen::Vector2d> pixel_of(const std::string& track) {
   Eigen::Vector2d pixel;
   char comma = 0;
   if (!(text >> pixel.x() >> comma >> pixel.y()) || comma != ',' || text.peek() != EOF)
-    throw ConfigError("--track: \"" + track + "\" is neither U,V nor first");
+    throw UsageError("--track: \"" + track + "\" is neither U,V nor first");
   return pixel;
 }
 
 std::optional<Gravity> gravity_of(const std::vector<double>& down) {
   if (down.empty()) return std::nullopt;
   const Eigen::Vector3d v(down[0], down[1], down[2]);
-  if (!v.allFinite() || v.norm() == 0) throw ConfigError("--gravity: not a direction");
+  if (!v.allFinite() || v.norm() == 0) throw UsageError("--gravity: not a direction");
   return Gravity{v.normalized(), 0};
 }
 
@@ -103,9 +113,19 @@ cv::Mat read(const std::string& path) {
   }
 }
 
+/// Why a file gave no image.
+std::string unreadable(const std::string& path) {
+  if (fs::is_directory(path)) return "is a folder, not an image";
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::strerror(errno);
+  if (file.peek() == std::ifstream::traits_type::eof()) return "an empty file";
+  return cv::haveImageReader(path) ? "a damaged image" : "not an image of a format that can be read";
+}
+
 void print(const nlohmann::ordered_json& line) {
   std::cout << line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n'
             << std::flush;
+  if (!std::cout) throw std::runtime_error("standard output can't be written");
 }
 
 /// Numbered, so that images of the same name in two folders both stay, in order.
@@ -122,10 +142,10 @@ int run(const Options& o) {
   for (std::size_t i = 0; i < o.images.size(); ++i) {
     const std::string& path = o.images[i];
     const cv::Mat image = read(path);
-    const auto refusal = image.empty() ? "not a readable image" : locator.refusal(image);
+    const auto refusal = image.empty() ? unreadable(path) : locator.refusal(image);
     if (refusal) {
       print(error_json(path, *refusal));
-      status = unreadable_image;
+      status = exit_failed;
       continue;
     }
     const LocatedFrame frame = locator.step(static_cast<int>(i), image);
@@ -143,16 +163,11 @@ int run(const Options& o) {
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  CLI::App app("Finds circles and cargoes in images; says where they are.", "locate");
-  Options options;
-  declare(app, options);
-  try {
-    app.parse(argc, argv);
+  return guarded_main([&] {
+    CLI::App app("Finds circles and cargoes in images; says where they are.", "locate");
+    Options options;
+    declare(app, options);
+    parse_command_line(app, argc, argv, "1 if an image could not be read or something not written");
     return run(options);
-  } catch (const CLI::ParseError& stop) {
-    return app.exit(stop) == 0 ? 0 : wrong_usage;
-  } catch (const std::exception& error) {
-    std::cerr << "locate: " << error.what() << '\n';
-    return wrong_usage;
-  }
+  });
 }

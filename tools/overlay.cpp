@@ -41,6 +41,7 @@ struct LogIndex {
   std::vector<int64_t> frame_utimes;  ///< of frames whose pixels are in the log
   int64_t references = 0;             ///< frames that point into a ring
   int64_t unreadable = 0;             ///< messages on FRAME that are no frames of this version
+  std::vector<DamagedPart> damage;
 };
 
 Ellipse ellipse_of(const ellipse_shape_t& e) {
@@ -103,6 +104,7 @@ LogIndex read_index(const std::string& log) {
     note_event(*event, channels::poses, index);
     note_event(*event, channels::mission, index);
   }
+  index.damage = reader.damage();
   return index;
 }
 
@@ -240,12 +242,13 @@ std::string shortcomings(const LogIndex& index) {
     text += fmt::format(
         "{} frames are references to shared memory that is gone: their pixels are not in the log.\n"
         "Write logs with `record`, which takes the pixels from there, or start the set with inline\n"
-        "frames (camera.transport=inline).\n",
+        "frames (camera.transport=jpeg).\n",
         index.references);
   }
   if (index.unreadable > 0) {
     text += fmt::format("{} frames can't be read: damaged, or of another version.\n", index.unreadable);
   }
+  if (!index.damage.empty()) text += fmt::format("The log is damaged: {}\n", describe(index.damage));
   return text;
 }
 
@@ -267,7 +270,7 @@ int overlay(const Options& options) {
   }
   if (video) fmt::print("{}: {} frames at {:.1f}/s\n", video->path().string(), written.images, rate_hz);
   if (!options.frames.empty()) fmt::print("{}: {} PNG files\n", options.frames, written.images);
-  return 0;
+  return index.damage.empty() ? 0 : exit_failed;
 }
 
 int run(int argc, char** argv) {
@@ -282,18 +285,13 @@ int run(int argc, char** argv) {
   app.add_option("--every", options.every, "take only every Nth frame")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  app.set_version_flag("--version", version());
   app.footer(
       "Cyan: every ellipse. Green: the target; thick when it was measured, dashed when predicted.\n"
       "Yellow: CAMShift's window. Frames narrower than 640 pixels are enlarged twofold.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  parse_command_line(app, argc, argv, "1 if the log is damaged or has no frame that can be drawn");
   if (options.out.empty() && options.frames.empty()) {
     fmt::print(stderr, "Say what to write: --out FILE.mp4, --frames DIR, or both.\n");
-    return 2;
+    return exit_usage;
   }
   return overlay(options);
 }

@@ -9,19 +9,15 @@
 #include "runtime/frame_loss.hpp"
 #include "runtime/process.hpp"
 #include "runtime/time.hpp"
+#include "tools/record_settings.hpp"
 
 namespace stevedore {
 namespace {
 
-struct Options {
-  std::string file = "flight.lcmlog";
-  std::string frames = "raw";
-  int jpeg_quality = 95;
-  double free_floor_mb = 500;
-};
-
 /// The name itself, or the first free one with a number: a recorder that was restarted overwrites nothing.
 std::string free_name(const std::filesystem::path& wanted) {
+  if (std::filesystem::is_directory(wanted))
+    throw UsageError("--out " + wanted.string() + ": is a folder; name a file in it");
   std::filesystem::path name = wanted;
   for (int i = 1; std::filesystem::exists(name); ++i) {
     name =
@@ -32,10 +28,10 @@ std::string free_name(const std::filesystem::path& wanted) {
 
 class Recorder {
  public:
-  Recorder(const Options& options, LcmBus& bus, FrameReader& frames)
-      : options_(options), file_(free_name(options.file)), log_(file_), bus_(bus), frames_(frames) {
+  Recorder(const RecordSettings& settings, const std::string& file, LcmBus& bus, FrameReader& frames)
+      : settings_(settings), file_(free_name(file)), log_(file_), bus_(bus), frames_(frames) {
     std::apply([this](const auto&... channel) { (subscribe(channel), ...); }, channels::all);
-    spdlog::info("recording into {}, frames as {}", file_, options_.frames);
+    spdlog::info("recording into {}, frames as {}", file_, settings_.frames);
   }
 
   /// Waits for messages, writes them, and says how it goes.
@@ -45,6 +41,12 @@ class Recorder {
     if (now - told_utime_ >= tell_period_us && !failure_) tell(now);
     if (failure_) return {health_t::STATE_FAILED, *failure_};
     return {health_t::STATE_OK, fmt::format("{:.1f} MB in {}", megabytes(), file_)};
+  }
+
+  /// Whether everything that was heard is in the log.
+  bool finish() {
+    if (!failure_) flush();
+    return !failure_;
   }
 
  private:
@@ -74,17 +76,26 @@ class Recorder {
     if (frame.encoding == frame_t::ENCODING_RING) {
       const FrameImage image = frames_.image(notice);
       count_frame_loss(bus_, image.fault);
-      if (image && options_.frames == "raw") encode_raw(image.pixels, frame);
-      if (image && options_.frames == "png") encode_png(image.pixels, frame);
-      if (image && options_.frames == "jpeg") encode_jpeg(image.pixels, frame, options_.jpeg_quality);
+      if (image && settings_.frames == "raw") encode_raw(image.pixels, frame);
+      if (image && settings_.frames == "png") encode_png(image.pixels, frame);
+      if (image && settings_.frames == "jpeg") encode_jpeg(image.pixels, frame, settings_.jpeg_quality);
     }
     write<frame_t>(channel, frame);
   }
 
   [[nodiscard]] double megabytes() const { return static_cast<double>(bytes_) / 1e6; }
 
+  /// What is still in memory; on a full disk the last there is to say.
+  void flush() {
+    try {
+      log_.flush();
+    } catch (const std::runtime_error& error) {
+      fail(error.what());
+    }
+  }
+
   void tell(int64_t now) {
-    log_.flush();
+    flush();
     std::error_code error;
     const auto space = std::filesystem::space(std::filesystem::absolute(file_).parent_path(), error);
     const double free_mb = error ? 0 : static_cast<double>(space.available) / 1e6;
@@ -95,9 +106,9 @@ class Recorder {
     }
     told_utime_ = now;
     told_mb_ = megabytes();
-    if (free_mb < options_.free_floor_mb) {
-      fail(fmt::format("stopped: {:.0f} MB free, the floor is {:.0f} MB (--free-floor-mb)", free_mb,
-                       options_.free_floor_mb));
+    if (!failure_ && free_mb < settings_.free_floor_mb) {
+      fail(fmt::format("stopped: {:.0f} MB free, the floor is {:.0f} MB (record.free_floor_mb)", free_mb,
+                       settings_.free_floor_mb));
     }
   }
 
@@ -106,7 +117,7 @@ class Recorder {
     spdlog::error("{}", why);
   }
 
-  const Options options_;
+  const RecordSettings settings_;
   const std::string file_;
   LogWriter log_;
   LcmBus& bus_;
@@ -122,22 +133,32 @@ class Recorder {
 
 int main(int argc, char** argv) {
   return stevedore::guarded_main([&] {
-    stevedore::Options options;
+    std::string file = "flight.lcmlog";
+    std::optional<std::string> frames;
+    std::optional<int> jpeg_quality;
+    std::optional<double> free_floor_mb;
     stevedore::Process process(
-        argc, argv, "record", "Records everything on the bus into an LCM event log.",
-        [&options](CLI::App& app) {
-          app.add_option("--out", options.file, "log to write; an existing one is kept and a number added")
+        argc, argv, "record", "Records everything on the bus into an LCM event log.", [&](CLI::App& app) {
+          app.add_option("--out", file, "log to write; an existing one is kept and a number added")
               ->capture_default_str();
-          app.add_option("--frames", options.frames, "how ring frames are stored: raw and png are lossless")
-              ->check(CLI::IsMember({"raw", "png", "jpeg"}))
-              ->capture_default_str();
-          app.add_option("--jpeg-quality", options.jpeg_quality)
-              ->check(CLI::Range(1, 100))
-              ->capture_default_str();
-          app.add_option("--free-floor-mb", options.free_floor_mb, "stop recording below this free space")
-              ->capture_default_str();
+          app.add_option(
+                 "--frames", frames,
+                 "how ring frames are stored, over record.frames: raw (the default) and png are lossless, "
+                 "for replay to the bit; jpeg for lcm-logplayer, which loses larger frames with the "
+                 "kernel's usual receive buffer")
+              ->check(CLI::IsMember({"raw", "png", "jpeg"}));
+          app.add_option("--jpeg-quality", jpeg_quality, "over record.jpeg_quality [95]")
+              ->check(CLI::Range(1, 100));
+          app.add_option("--free-floor-mb", free_floor_mb,
+                         "stop recording below this free space, over record.free_floor_mb [500]")
+              ->check(CLI::Range(0.0, 1e6));
         });
-    stevedore::Recorder recorder(options, process.bus(), process.frames());
-    return process.run([&recorder] { return recorder.work(); });
+    auto settings = process.settings<stevedore::RecordSettings>("record");
+    settings.frames = frames.value_or(settings.frames);
+    settings.jpeg_quality = jpeg_quality.value_or(settings.jpeg_quality);
+    settings.free_floor_mb = free_floor_mb.value_or(settings.free_floor_mb);
+    stevedore::Recorder recorder(settings, file, process.bus(), process.frames());
+    const int status = process.run([&recorder] { return recorder.work(); });
+    return recorder.finish() ? status : stevedore::exit_failed;
   });
 }

@@ -1,5 +1,7 @@
 #include "tools/replay_core.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <deque>
 #include <iterator>
@@ -10,7 +12,8 @@
 #include "mission_proc/mission_stage.hpp"
 #include "pose_proc/pose_stage.hpp"
 #include "runtime/camera_file.hpp"
-#include "runtime/process.hpp"
+#include "runtime/command_line.hpp"
+#include "tools/replay_compare.hpp"
 #include "tracker_proc/tracker_stage.hpp"
 
 namespace stevedore {
@@ -109,19 +112,28 @@ uint64_t fnv1a(uint64_t hash, const std::string& text) {
 class LogIndex {
  public:
   explicit LogIndex(const std::string& path) : reader_(path) {
-    int64_t position = reader_.position();
     while (const auto event = reader_.next()) {
       hash_ = fnv1a(fnv1a(hash_, event->channel), event->bytes.data(), event->bytes.size());
-      entries_.push_back({position, event->utime, event->channel, decode_header(event->bytes)});
-      if (const auto health = decode(*event, channels::health))
-        runs_[health->process].insert(health->header.trace.run_id);
-      position = reader_.position();
+      entries_.push_back({reader_.position(), event->utime, event->channel, decode_header(event->bytes)});
+      std::apply([&](const auto&... channel) { (look_at(*event, channel), ...); }, channels::all);
+    }
+    damage_ = reader_.damage();
+    if (readable_ == 0) {
+      throw std::runtime_error(
+          fmt::format("{}: no message of this system can be read in it ({} are unreadable). {}", path,
+                      unreadable_, describe(damage_)));
     }
   }
   [[nodiscard]] const std::vector<IndexEntry>& entries() const { return entries_; }
   [[nodiscard]] uint64_t hash() const { return hash_; }
   /// run_ids of each process, as far as HEALTH tells.
   [[nodiscard]] const std::map<std::string, std::set<int64_t>>& runs() const { return runs_; }
+  [[nodiscard]] const std::vector<DamagedPart>& damage() const { return damage_; }
+  /// Messages on this system's channels that can't be decoded.
+  [[nodiscard]] int64_t unreadable() const { return unreadable_; }
+  [[nodiscard]] int64_t frames_with_pixels() const { return frames_with_pixels_; }
+  [[nodiscard]] int64_t frames_elsewhere() const { return frames_elsewhere_; }
+  [[nodiscard]] bool frames_are_lossy() const { return frames_are_lossy_; }
   LogEvent load(const IndexEntry& entry) {
     reader_.seek(entry.position);
     auto event = reader_.next();
@@ -130,9 +142,30 @@ class LogIndex {
   }
 
  private:
+  template <class M>
+  void look_at(const LogEvent& event, const Channel<M>& channel) {
+    if (event.channel != channel.name) return;
+    const auto message = decode(event, channel);
+    message ? ++readable_ : ++unreadable_;
+    if (message) note(*message);
+  }
+  template <class M>
+  void note(const M& /*message*/) {}
+  void note(const health_t& health) { runs_[health.process].insert(health.header.trace.run_id); }
+  void note(const frame_t& frame) {
+    frame.encoding == frame_t::ENCODING_RING ? ++frames_elsewhere_ : ++frames_with_pixels_;
+    frames_are_lossy_ = frames_are_lossy_ || frame.encoding == frame_t::ENCODING_JPEG;
+  }
+
   LogReader reader_;
   std::vector<IndexEntry> entries_;
   std::map<std::string, std::set<int64_t>> runs_;
+  std::vector<DamagedPart> damage_;
+  int64_t readable_ = 0;
+  int64_t unreadable_ = 0;
+  int64_t frames_with_pixels_ = 0;
+  int64_t frames_elsewhere_ = 0;
+  bool frames_are_lossy_ = false;
   uint64_t hash_ = 0xcbf29ce484222325;
 };
 
@@ -155,6 +188,7 @@ class Replay {
       kinds_.push_back(&kind);
       for (const auto& channel : kind.outputs) producer_[channel] = &kind;
     }
+    need_pixels(log);
     for (const IndexEntry& entry :
          index_.entries()) {  // a log that starts in mid-flight: number as the flight did
       if (!entry.header || !producer_.contains(entry.channel)) continue;
@@ -171,6 +205,9 @@ class Replay {
     }
     const auto& entries = index_.entries();
     result_.events = static_cast<int64_t>(entries.size());
+    result_.damage = index_.damage();
+    result_.unreadable = index_.unreadable();
+    result_.frames_are_lossy = index_.frames_are_lossy();
     for (size_t i = 0; i < entries.size(); ++i) {
       if (progress && i % 256 == 0) progress(static_cast<double>(i) / static_cast<double>(entries.size()));
       options_.mode == ReplayMode::as_flown ? step_as_flown(i) : step_every_frame(entries[i]);
@@ -180,6 +217,22 @@ class Replay {
   }
 
  private:
+  /// Some of the pixels missing is told in the result, all of them is an error: every answer would be
+  /// missing.
+  void need_pixels(const std::string& log) {
+    if (!options_.stages.contains("detector_proc") && !options_.stages.contains("tracker_proc")) return;
+    result_.frames_elsewhere = index_.frames_elsewhere();
+    if (index_.frames_with_pixels() > 0) return;
+    throw std::runtime_error(
+        index_.frames_elsewhere() > 0
+            ? fmt::format(
+                  "{}: its {} frames are references to shared memory that is gone, their pixels are not in "
+                  "the log. Write logs with `record`, which takes the pixels from there, or start the set "
+                  "with camera.transport=jpeg",
+                  log, index_.frames_elsewhere())
+            : fmt::format("{}: there is no FRAME in it; --stages names stages that need none", log));
+  }
+
   struct Running {
     std::unique_ptr<StageRun> run;
     std::map<std::pair<std::string, int64_t>, int64_t>
@@ -326,9 +379,17 @@ class Replay {
         continue;
       }
       const LogEvent logged = index_.load(index_.entries()[place]);
-      const bool equal =
-          payload_of(logged.channel, logged.bytes) == payload_of(logged.channel, made->second.bytes);
-      ++(equal ? comparison.equal : comparison.different);
+      switch (match_of(logged, made->second, index_.frames_are_lossy())) {
+        case Match::equal:
+          ++comparison.equal;
+          break;
+        case Match::within_tolerance:
+          ++comparison.within_tolerance;
+          break;
+        case Match::different:
+          ++comparison.different;
+          break;
+      }
     }
     for (const auto& [key, event] : replayed_) {
       if (!logged_.contains(key)) ++result_.channels[std::get<0>(key)].only_replayed;
@@ -359,13 +420,18 @@ class Replay {
 bool ReplayResult::as_flown() const {
   const bool compared = std::all_of(asked.begin(), asked.end(), [this](const std::string& channel) {
     const auto found = channels.find(channel);
-    return found != channels.end() && found->second.equal > 0;
+    return found != channels.end() && found->second.equal + found->second.within_tolerance > 0;
   });
-  return compared && missing_inputs == 0 &&
+  return compared && complete() && missing_inputs == 0 &&
          std::all_of(channels.begin(), channels.end(), [](const auto& entry) {
            return entry.second.different == 0 && entry.second.only_logged == 0 &&
                   entry.second.only_replayed == 0;
          });
+}
+
+bool ReplayResult::equal_to_the_bit() const {
+  return std::all_of(channels.begin(), channels.end(),
+                     [](const auto& entry) { return entry.second.within_tolerance == 0; });
 }
 
 std::optional<std::vector<uint8_t>> payload_of(const std::string& channel,

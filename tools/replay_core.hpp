@@ -29,9 +29,11 @@ struct ReplayOptions {
   std::string config_text;  ///< what config was read from; goes into run_id
 };
 
-/// How the replayed payloads of one channel (all but header.trace) compare with the logged ones.
+/// How the replayed payloads of one channel (all but header.trace) compare with the logged ones
+/// (tools/replay_compare.hpp).
 struct ChannelComparison {
   int64_t equal = 0;
+  int64_t within_tolerance = 0;  ///< of a log with lossy frames only
   int64_t different = 0;
   int64_t only_logged = 0;
   int64_t only_replayed = 0;
@@ -42,11 +44,20 @@ struct ReplayResult {
   int64_t events = 0;
   /// Inputs that a logged output names and the log does not hold: its replay can differ.
   int64_t missing_inputs = 0;
+  /// What the log lacks.
+  std::vector<DamagedPart> damage;
+  int64_t unreadable = 0;  ///< messages on this system's channels that are damaged or of another version
+  int64_t frames_elsewhere = 0;  ///< frames without their pixels, where a stage needs them
+  bool frames_are_lossy = false;
 
   std::vector<std::string> asked;  ///< main channel of each stage replayed
 
-  /// Every payload is equal, and each stage has some.
+  /// Nothing that was looked for is missing in the log.
+  [[nodiscard]] bool complete() const { return damage.empty() && unreadable == 0 && frames_elsewhere == 0; }
+  /// Every payload is equal (or within tolerance, where frames are lossy), each stage has some, and the log
+  /// is complete.
   [[nodiscard]] bool as_flown() const;
+  [[nodiscard]] bool equal_to_the_bit() const;
 };
 
 /// What a replay writes, event by event: the inputs as they were and the stages' answers.
@@ -55,7 +66,8 @@ using EventSink = std::function<void(const LogEvent&)>;
 /// Progress from 0 to 1, now and then.
 using ProgressSink = std::function<void(double)>;
 
-/// Throws std::runtime_error if the log can't be read, ConfigError for a bad configuration.
+/// Throws std::runtime_error if the log can't be read, holds no message of this system, or none of the pixels
+/// that the stages need; ConfigError for a bad configuration.
 ReplayResult replay(const std::string& log, const ReplayOptions& options, const EventSink& write,
                     const ProgressSink& progress = {});
 

@@ -18,6 +18,12 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
   if (!file) throw std::runtime_error(path.string() + ": can't be written");
 }
 
+nlohmann::ordered_json to_json(const std::vector<stevedore::DamagedPart>& damage) {
+  auto list = nlohmann::ordered_json::array();
+  for (const auto& part : damage) list.push_back({{"position", part.position}, {"bytes", part.bytes}});
+  return list;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Reads a log and says how the run went: frames in and out, lost and skipped, latencies.",
                "report");
@@ -26,17 +32,13 @@ int run(int argc, char** argv) {
   app.add_option("LOG", log, "a log written by record or lcm-logger")->required()->check(CLI::ExistingFile);
   app.add_option("--out", out, "folder for report.json; made if it is not there");
   app.add_flag("--json", json, "print report.json's text instead of the table");
-  app.set_version_flag("--version", stevedore::version());
   app.footer(
       "lost: numbers missing, messages damaged, frames gone from the ring before they were read.\n"
       "skipped: passed over by choice because a newer frame was there. kernel drops show up as lost too.\n"
       "A stage's latency runs from the publishing of what it answers to its own publishing; the\n"
       "camera's from capture.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  stevedore::parse_command_line(app, argc, argv,
+                                "1 if the log is damaged or nothing of this system is in it");
 
   stevedore::LogReader reader(log);
   stevedore::LogSummary summary;
@@ -46,14 +48,19 @@ int run(int argc, char** argv) {
   for (const auto& stage : report.stages) empty = empty && stage.out == 0 && !stage.lost;
   if (empty) {
     throw std::runtime_error(fmt::format(
-        "{}: nothing of this system can be read in it ({} messages on its channels are unreadable)", log,
-        report.unreadable));
+        "{}: nothing of this system can be read in it ({} messages on its channels are unreadable). {}", log,
+        report.unreadable, stevedore::describe(reader.damage())));
   }
 
-  const std::string text = stevedore::to_json(report, log).dump(2) + "\n";
+  auto object = stevedore::to_json(report, log);
+  object["damaged"] = to_json(reader.damage());
+  const std::string text = object.dump(2) + "\n";
   if (!out.empty()) write_file(std::filesystem::path(out) / "report.json", text);
   fmt::print("{}", json ? text : stevedore::to_text(report));
-  return 0;
+  if (reader.damage().empty()) return 0;
+  std::fflush(stdout);
+  fmt::print(stderr, "{}: {}\n", log, stevedore::describe(reader.damage()));
+  return stevedore::exit_failed;
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "mission_proc/mission.hpp"
 #include "pose_proc/pose_settings.hpp"
 #include "runtime/process.hpp"
+#include "tools/record_settings.hpp"
 #include "tracker_proc/tracker.hpp"
 
 namespace {
@@ -61,13 +62,10 @@ void print(const char* section) {
   describe(settings, table);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app("Prints every setting of the configuration as Markdown: sections, defaults, ranges, effects.",
                "settings");
-  app.set_version_flag("--version", stevedore::version());
-  CLI11_PARSE(app, argc, argv);
+  stevedore::parse_command_line(app, argc, argv);
   fmt::print(
       "# Settings\n\nMade by `settings`. A deployment's YAML file (config/) has a section a process; what it "
       "does not name has "
@@ -79,5 +77,12 @@ int main(int argc, char** argv) {
   print<stevedore::TrackerSettings>("tracker");
   print<stevedore::PoseSettings>("pose");
   print<stevedore::MissionSettings>("mission");
+  print<stevedore::RecordSettings>("record");
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return stevedore::guarded_main([&] { return run(argc, argv); });
 }

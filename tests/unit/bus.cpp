@@ -96,6 +96,41 @@ TEST_CASE("a corrupt message is counted and dropped, never handed out") {
   CHECK(handled == 1);
 }
 
+TEST_CASE("a refused message whose header can be read is lost once, as malformed") {
+  MemoryBus receiver;
+  receiver.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
+  const auto send = [&receiver](int64_t run_id, int64_t seq, double load_n, size_t cut = 0) {
+    hook_state_t message = hook(load_n);
+    message.header.seq = seq;
+    message.header.trace.run_id = run_id;
+    auto bytes = encode(message);
+    bytes.resize(bytes.size() - cut);
+    receiver.deliver("HOOK_STATE", bytes);
+  };
+  const auto lost = [&receiver] {
+    const InputCounters& counters = receiver.counters("HOOK_STATE");
+    return std::pair(counters.lost_gap, counters.lost_malformed);
+  };
+  constexpr double bad = std::numeric_limits<double>::quiet_NaN();
+  using Lost = std::pair<int64_t, int64_t>;
+  send(3, 0, 15);
+  send(3, 1, bad);
+  send(3, 2, 15, 1);  // its last byte is missing
+  send(3, 3, 15);
+  CHECK(lost() == Lost{0, 2});
+  send(3, 6, bad);  // 4 and 5 never came
+  send(3, 7, 15);
+  CHECK(lost() == Lost{2, 3});
+  send(3, int64_t{1} << 40, bad);  // no number to believe
+  send(4, 500, bad);               // nor one of a publisher never heard
+  send(3, 8, 15);
+  send(4, 0, 15);
+  CHECK(lost() == Lost{2, 5});
+  receiver.deliver("HOOK_STATE", {1, 2, 3});  // without a header: also a gap when 9 is missing
+  send(3, 10, 15);
+  CHECK(lost() == Lost{3, 6});
+}
+
 TEST_CASE("newest: what is superseded is skipped, not lost") {
   MemoryBus sender, receiver;
   std::vector<double> loads;

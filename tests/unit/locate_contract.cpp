@@ -1,11 +1,6 @@
 // Runs the program `locate` and reads what it prints, as its users' scripts do.
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "tests/support/program.hpp"
 #include "tests/unit/detector_scene.hpp"
 
 using namespace stevedore;
@@ -21,24 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder of its own that goes with the test.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "locate_contract_XXXXXX").string();
-    REQUIRE(mkdtemp(name.data()) != nullptr);
-    path_ = name;
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  [[nodiscard]] std::string file(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  fs::path path_;
-};
-
 struct Run {
   int status = -1;
   std::vector<json> lines;
@@ -46,14 +24,9 @@ struct Run {
 
 /// What the program prints to standard output; every line has to be a JSON object.
 Run locate(const std::string& arguments) {
-  const std::string command = STEVEDORE_BIN_DIR "/locate " + arguments + " 2>/dev/null";
-  FILE* pipe = popen(command.c_str(), "r");
-  REQUIRE(pipe != nullptr);
-  std::string text;
-  for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) text.push_back(static_cast<char>(c));
-  Run run;
-  run.status = WEXITSTATUS(pclose(pipe));
-  std::istringstream lines(text);
+  const ProgramRun program = run_program("$BIN/locate " + arguments);
+  Run run{program.status, {}};
+  std::istringstream lines(program.out);
   for (std::string line; std::getline(lines, line);) run.lines.push_back(json::parse(line));
   return run;
 }
@@ -119,12 +92,24 @@ TEST_CASE("an image that can't be read is a line with an error, the rest goes on
   const Folder folder;
   const auto good = write_circle(folder, "good.png", 300, 240);
   std::ofstream(folder.file("text.png")) << "no image";
-  const Run run = locate(folder.file("missing.png") + " " + folder.file("text.png") + " " + good);
+  std::ofstream(folder.file("empty.png"));
+  std::ofstream(folder.file("broken.png"), std::ios::binary) << text_of(good).substr(0, 60);
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"missing.png", "No such file or directory"},
+      {"", "is a folder, not an image"},
+      {"text.png", "not an image of a format that can be read"},
+      {"empty.png", "an empty file"},
+      {"broken.png", "a damaged image"}};
+  std::string arguments;
+  for (const auto& [name, why] : bad) arguments += folder.file(name) + " ";
+  const Run run = locate(arguments + good);
   CHECK(run.status == 1);
-  REQUIRE(run.lines.size() == 3);
-  for (int i : {0, 1})
-    CHECK(keys_of(run.lines[static_cast<std::size_t>(i)]) == std::vector<std::string>{"error", "image"});
-  CHECK(run.lines[2]["ellipses"].size() == 1);
+  REQUIRE(run.lines.size() == bad.size() + 1);
+  for (std::size_t i = 0; i < bad.size(); ++i) {
+    CHECK(keys_of(run.lines[i]) == std::vector<std::string>{"error", "image"});
+    CHECK(run.lines[i]["error"] == bad[i].second);
+  }
+  CHECK(run.lines.back()["ellipses"].size() == 1);
 }
 
 TEST_CASE("with a camera and a radius circles have a pose") {
@@ -205,7 +190,8 @@ TEST_CASE("mistakes of usage print nothing and exit with status 2") {
   const auto image = write_circle(folder, "a.png", 300, 240);
   std::ofstream(folder.file("bad.yaml")) << "detector: {no_such_key: 1}\n";
   for (const std::string& arguments :
-       {std::string(), "--radius -1 " + image, "--gravity 0,0 " + image, "--gravity 0,0,0 " + image,
+       {std::string(), "--radius -1 " + image, "--radius nan " + image, "--radius inf " + image,
+        "--cargo-radius nan " + image, "--gravity 0,0 " + image, "--gravity 0,0,0 " + image,
         "--track 3 " + image, "--track 3,4x " + image, "--method best " + image,
         "--camera " + folder.file("missing.yaml") + " " + image,
         "--config " + folder.file("bad.yaml") + " " + image}) {
