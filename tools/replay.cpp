@@ -52,10 +52,11 @@ int main(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     app.add_option("--stages", stages,
-                   "only these processes, by name; the others' messages come from the log")
+                   "only these processes, by name; the others' messages come from the log [detector_proc to "
+                   "mission_proc, and gimbal_proc where it flew]")
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::IsMember({"detector_proc", "tracker_proc", "pose_proc", "mission_proc"}));
+        ->check(CLI::IsMember(stevedore::replayable_processes()));
     auto* flown =
         app.add_flag("--as-flown", as_flown,
                      "exactly the inputs each stage had in flight; exit status 1 if a payload differs. Of a "

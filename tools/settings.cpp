@@ -8,6 +8,7 @@
 
 #include "camera_proc/source.hpp"
 #include "detector_proc/detector_settings.hpp"
+#include "gimbal_proc/gimbal.hpp"
 #include "mission_proc/mission.hpp"
 #include "pose_proc/pose_settings.hpp"
 #include "runtime/process.hpp"
@@ -79,5 +80,6 @@ int main(int argc, char** argv) {
   print<stevedore::TrackerSettings>("tracker");
   print<stevedore::PoseSettings>("pose");
   print<stevedore::MissionSettings>("mission");
+  print<stevedore::GimbalSettings>("gimbal");
   return 0;
 }
