@@ -8,7 +8,7 @@
 #include "geometry/rectify.hpp"
 #include "runtime/bus.hpp"
 #include "runtime/condition.hpp"
-#include "runtime/frame_codec.hpp"
+#include "runtime/frame_output.hpp"
 
 namespace stevedore {
 
@@ -23,15 +23,11 @@ class CameraStage {
 
  private:
   void send(const CameraFrame& frame);
-  /// Puts the pixels where the settings say; nothing, or why they can't be sent.
-  std::optional<std::string> put_pixels(const cv::Mat& pixels, frame_t& message);
 
-  const CameraSettings settings_;
-  const std::string ring_name_;
   Bus& bus_;
   Camera camera_;
   RectifyMaps maps_;
-  std::optional<FrameRing> ring_;
+  FrameOutput output_;
   int64_t frame_seq_ = 0;
   std::optional<std::string> refusal_;  ///< of the newest frame
 };

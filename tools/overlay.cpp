@@ -240,7 +240,7 @@ std::string shortcomings(const LogIndex& index) {
     text += fmt::format(
         "{} frames are references to shared memory that is gone: their pixels are not in the log.\n"
         "Write logs with `record`, which takes the pixels from there, or start the set with inline\n"
-        "frames (camera.transport=inline).\n",
+        "frames (camera.transport=jpeg).\n",
         index.references);
   }
   if (index.unreadable > 0) {
