@@ -33,7 +33,8 @@ Eigen::Quaterniond attitude(const Eigen::Vector3d& down_ned, double heading_rad)
   return Eigen::Quaterniond(ned_from_body);
 }
 
-Eigen::Vector3d angular_velocity(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to, double step_s) {
+Eigen::Vector3d angular_velocity(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to,
+                                 double step_s) {
   Eigen::Quaterniond turn = to * from.conjugate();
   if (turn.w() < 0) turn.coeffs() = -turn.coeffs();
   return 2 / step_s * turn.vec();  // small angle: a step turns by hundredths of a radian
@@ -63,7 +64,8 @@ void Aircraft::land() {
 VelocityCommand Aircraft::delayed() {
   on_their_way_[step_ % on_their_way_.size()] = newest_;
   const std::size_t sent = step_ < delay_steps_ ? 0 : step_ - delay_steps_;
-  const VelocityCommand command = step_ < delay_steps_ ? VelocityCommand{} : on_their_way_[sent % on_their_way_.size()];
+  const VelocityCommand command =
+      step_ < delay_steps_ ? VelocityCommand{} : on_their_way_[sent % on_their_way_.size()];
   ++step_;
   return command;
 }
@@ -106,7 +108,8 @@ void Aircraft::turn(const VelocityCommand& command, const Air& air) {
   heading_rad_ += yaw_rate_radps_ * step_s_;
 
   const Eigen::Vector3d against_drag_mps2 =
-      landed_ ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(drag_per_s * (body_.velocity_ned_mps - air.mean_ned_mps));
+      landed_ ? Eigen::Vector3d(0, 0, 0)
+              : Eigen::Vector3d(drag_per_s * (body_.velocity_ned_mps - air.mean_ned_mps));
   leaning_mps2_ += (against_drag_mps2 - leaning_mps2_) * (1 - std::exp(-step_s_ / lean_time_s));
   Eigen::Vector3d thrust_mps2 = acceleration_ned_mps2_ - gravity_mps2 * Eigen::Vector3d::UnitZ();
   thrust_mps2.head<2>() += leaning_mps2_.head<2>();

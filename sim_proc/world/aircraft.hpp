@@ -1,4 +1,5 @@
-// The aircraft under its autopilot's velocity loop: what a command makes it do, and how it is tilted meanwhile.
+// The aircraft under its autopilot's velocity loop: what a command makes it do, and how it is tilted
+// meanwhile.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,8 +20,8 @@ struct Air {
 };
 
 /// Velocity follows its command, 0.1 s late, as a second-order system: natural frequency 2.5 rad/s, damping
-/// 0.7. Acceleration is limited to 3 m/s2: by tilt, and vertically by thrust. The body's down axis is opposite
-/// to the thrust that this and the drag against the air take. Gusts push it; the loop fights them.
+/// 0.7. Acceleration is limited to 3 m/s2: by tilt, and vertically by thrust. The body's down axis is
+/// opposite to the thrust that this and the drag against the air take. Gusts push it; the loop fights them.
 class Aircraft {
  public:
   static constexpr double loop_radps = 2.5, loop_damping = 0.7;

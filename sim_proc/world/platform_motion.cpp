@@ -37,7 +37,8 @@ SpeedProfile by_stages(double speed_mps, double stand_s) {
 void draw_line(Formation& formation, Dice& dice) {
   formation.heading_rad = dice.uniform(0, 2 * pi);
   // abreast rather than in line ahead, so that both ends of the run stay near the middle
-  const double bearing_rad = formation.heading_rad + (dice.chance(0.5) ? 1 : -1) * dice.uniform(60, 120) * deg;
+  const double bearing_rad =
+      formation.heading_rad + (dice.chance(0.5) ? 1 : -1) * dice.uniform(60, 120) * deg;
   formation.apart_m = dice.uniform(18, 27) * along(bearing_rad);
   if (formation.manner == Manner::straight) {
     formation.speed = to_and_fro(dice.uniform(0.8, 1.35), 16);
@@ -115,8 +116,8 @@ Rigid PlatformMotion::at(double time_s) const {
   const Oscillation::At sway = sway_m_.at(time_s), heave = heave_m_.at(time_s), roll = roll_rad_.at(time_s),
                         pitch = pitch_rad_.at(time_s), steering = steering_rad_.at(time_s);
   const double distance_m = run.distance_m + sway.value, speed_mps = run.speed_mps + sway.rate;
-  const Track track = formation_.turn_radius_m > 0 ? on_circle(distance_m, speed_mps)
-                                                   : on_line(distance_m, speed_mps);
+  const Track track =
+      formation_.turn_radius_m > 0 ? on_circle(distance_m, speed_mps) : on_line(distance_m, speed_mps);
 
   const Eigen::AngleAxisd yaw(track.heading_rad + steering.value, Eigen::Vector3d::UnitZ());
   const Eigen::AngleAxisd about_y(pitch.value, Eigen::Vector3d::UnitY());

@@ -1,5 +1,5 @@
-// How a platform moves: its course over ground, and what the sea does to it. Analytic in time: any time can be
-// asked, in any order, and velocities are exact derivatives.
+// How a platform moves: its course over ground, and what the sea does to it. Analytic in time: any time can
+// be asked, in any order, and velocities are exact derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,8 @@ Sea sea_of(int sea_state);  ///< 0..4; others: std::invalid_argument
 enum class Manner { straight, turning, stop_and_go };
 
 /// The course that both platforms of a seed keep to: to and fro on a line, round a circle, or by stages along
-/// a line. At most 1.5 m/s; they stay 15 to 30 m apart, within 60 m of the origin, and clear of the pad there.
+/// a line. At most 1.5 m/s; they stay 15 to 30 m apart, within 60 m of the origin, and clear of the pad
+/// there.
 struct Formation {
   Manner manner = Manner::straight;
   Eigen::Vector2d center_m = Eigen::Vector2d::Zero();  ///< north, east

@@ -3,17 +3,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <vector>
 
 #include "geometry/attitude.hpp"
 #include "geometry/camera_model.hpp"
-#include "geometry/ellipse.hpp"
+#include "sim_proc/world/readings.hpp"
 #include "sim_proc/world/scene.hpp"
+#include "sim_proc/world/truth.hpp"
+#include "sim_proc/world/velocity_command.hpp"
 
 namespace stevedore::world {
 
@@ -32,101 +30,6 @@ struct LeverArms {
   Eigen::Vector3d hook_body_m{0, 0, 0.35};  ///< where the rope begins
   Eigen::Vector3d altimeter_body_m{-0.5, 0, 0.25};
   double rope_m = 0.8;
-};
-
-/// What the autopilot's velocity loop is told.
-struct VelocityCommand {
-  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
-  double yaw_rate_radps = 0;
-};
-
-// Readings: what the sensors say. time_s is when they were taken, by the aircraft's own clock.
-
-struct VehicleReading {
-  double time_s = 0;
-  Eigen::Vector3d position_ned_m;
-  Eigen::Vector3d velocity_ned_mps;
-  Eigen::Quaterniond ned_from_body;
-  Eigen::Vector3d angular_rate_body_radps;
-  double position_sigma_m = 0;  ///< as the sensor claims
-  double velocity_sigma_mps = 0;
-  double attitude_sigma_rad = 0;
-};
-
-struct GimbalReading {
-  double time_s = 0;
-  GimbalAngles angles;
-  bool at_limit = false;
-};
-
-struct AltimeterReading {
-  double time_s = 0;
-  std::optional<double> range_m;  ///< along the beam; nothing: a drop-out
-  double sigma_m = 0;
-};
-
-struct HookReading {
-  double time_s = 0;
-  double load_n = 0;
-  bool closed = false;
-};
-
-struct PlatformReading {
-  double time_s = 0;
-  int platform = 0;
-  Eigen::Vector3d position_ned_m;
-  Eigen::Vector3d velocity_ned_mps;
-  double heading_rad = 0;
-  double position_sigma_m = 0;
-};
-
-struct AutopilotReading {
-  double time_s = 0;
-  bool landed = false;
-  double battery_share = 1;
-  double battery_v = 0;
-};
-
-/// Those that fell due in the last step.
-struct Readings {
-  std::optional<VehicleReading> vehicle;      // 50 Hz
-  std::optional<GimbalReading> gimbal;        // 50 Hz
-  std::optional<AltimeterReading> altimeter;  // 20 Hz
-  std::optional<HookReading> hook;            // 10 Hz
-  std::vector<PlatformReading> platforms;     // 2 Hz
-  std::optional<AutopilotReading> autopilot;  // 2 Hz
-};
-
-struct CircleTruth {
-  int platform = 0;  ///< 0, 1; 2: the take-off pad
-  int slot = 0;
-  bool occupied = false;  ///< a bucket stands in it
-  Eigen::Vector3d center_ned_m;
-  Eigen::Vector3d normal_ned;  ///< up from the deck
-  double radius_m = 0;
-  std::optional<Ellipse> outline;  ///< in the image as given; nothing: not in view
-  double visible_share = 0;
-};
-
-struct CargoTruth {
-  int index = 0;
-  int platform = -1;             ///< that it is on; -1: on none
-  int slot = -1;                 ///< whose circle its base's centre is in; -1: none
-  Eigen::Vector3d center_ned_m;  ///< of the rim
-  Eigen::Vector3d axis_ned;      ///< unit, from base to rim
-  double radius_m = 0;           ///< of the rim
-  bool on_hook = false;
-  bool tipped = false;
-};
-
-struct Truth {
-  double time_s = 0;
-  std::vector<CircleTruth> circles;
-  std::vector<CargoTruth> cargoes;
-  Rigid aircraft;
-  Rigid camera;
-  Eigen::Vector3d hook_ned_m;
-  double off_level_rad = 0;  ///< angle between optical axis and gravity
 };
 
 class World {
