@@ -37,8 +37,8 @@ std::optional<Ellipse> distort(const CameraModel& camera, const Ellipse& rectifi
 /// Pixel to pixel; nothing where it goes nowhere.
 using PixelMap = std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d&)>;
 
-/// The ellipse that fits an ellipse's outline best after a map has bent it a little. Points that the map takes
-/// nowhere are left out; nothing where fewer than a quarter remain or where the rest is not an ellipse.
+/// The ellipse that fits an ellipse's outline best after a map has bent it a little. Points that the map
+/// takes nowhere are left out; nothing where fewer than a quarter remain or where the rest is not an ellipse.
 std::optional<Ellipse> bent(const Ellipse& ellipse, const PixelMap& map);
 
 }  // namespace stevedore

@@ -21,8 +21,7 @@ std::optional<Ellipse> published_outline(const world::Scene& scene, const world:
   if (!circle.outline) return std::nullopt;
   if (told.distortion == Distortion::none) return circle.outline;  // the picture is published as it is
   const CameraModel& lens = scene.eye.lens;
-  const auto outline =
-      world::outline_of(scene, {circle.center_ned_m, circle.normal_ned, circle.radius_m});
+  const auto outline = world::outline_of(scene, {circle.center_ned_m, circle.normal_ned, circle.radius_m});
   if (!outline) return std::nullopt;
   return bent(outline->ideal, [&](const Eigen::Vector2d& ideal_px) -> std::optional<Eigen::Vector2d> {
     const Eigen::Vector2d given_px = distort(lens, ideal_px);

@@ -1,5 +1,5 @@
-// Where a circle really is in the frame that is published: the picture as the real lens took it, rectified with
-// the lens that the pipeline is told.
+// Where a circle really is in the frame that is published: the picture as the real lens took it, rectified
+// with the lens that the pipeline is told.
 #pragma once
 
 #include <optional>
