@@ -351,6 +351,10 @@ std::string to_text(const Report& report) {
   text += fmt::format("\n{} frames in {:.1f} s: {} answered by MISSION, {} tracked, {} lost, {} skipped.\n",
                       report.frames, report.duration_s, report.answered, report.tracked, report.frames_lost,
                       report.frames_skipped);
+  if (report.camera_drops > 0) {
+    text += fmt::format("{} camera drops: frames that the camera owed and did not deliver.\n",
+                        report.camera_drops);
+  }
   if (report.latency) {
     text += fmt::format("Capture to MISSION: {} ms (p50), {} ms (p99).\n", to_text(report.latency->p50_ms),
                         to_text(report.latency->p99_ms));
