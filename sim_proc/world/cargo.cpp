@@ -196,7 +196,7 @@ Eigen::Vector3d Cargo::rim_center_ned_m() const {
 }
 
 Eigen::Vector3d Cargo::handle_apex_ned_m() const {
-  return bucket_.rigid.to_ned({-bucket_.handle_rise_m * std::sin(bucket_.handle_rad), 0,
+  return bucket_.rigid.to_ned({bucket_.handle_rise_m * std::sin(bucket_.handle_rad), 0,
                                -bucket_.height_m - bucket_.handle_rise_m * std::cos(bucket_.handle_rad)});
 }
 
