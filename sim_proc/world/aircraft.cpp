@@ -4,10 +4,10 @@
 #include <cassert>
 #include <cmath>
 
+#include "sim_proc/world/gravity.hpp"
+
 namespace stevedore::world {
 namespace {
-
-constexpr double gravity_mps2 = 9.81;
 
 /// Slower climbs are noise on a command of zero, not a wish to leave the ground.
 constexpr double climb_mps = 0.1;

@@ -8,6 +8,7 @@
 
 #include "geometry/attitude.hpp"
 #include "geometry/camera_model.hpp"
+#include "sim_proc/world/lever_arms.hpp"
 #include "sim_proc/world/readings.hpp"
 #include "sim_proc/world/scene.hpp"
 #include "sim_proc/world/truth.hpp"
@@ -21,15 +22,6 @@ struct WorldSettings {
   int cargoes = 4;     ///< buckets on the first platform, 1..4
   bool easy = false;   ///< clean, calm, exact: for a first look; no figure of merit may use it
   CameraModel camera;  ///< as the pipeline is told it is
-};
-
-/// Where things sit on the aircraft, body frame (forward, right, down), as the pipeline is told; the world's
-/// own differ by draws of 2 cm.
-struct LeverArms {
-  Eigen::Vector3d camera_body_m{0.80, 0, 0.25};
-  Eigen::Vector3d hook_body_m{0, 0, 0.35};  ///< where the rope begins
-  Eigen::Vector3d altimeter_body_m{-0.5, 0, 0.25};
-  double rope_m = 0.8;
 };
 
 class World {
@@ -58,6 +50,8 @@ class World {
   /// milliseconds.
   [[nodiscard]] double stamp_s() const;
   [[nodiscard]] Truth truth() const;
+  /// truth() but for the circles' outlines and visible shares, which cost a thousand rays.
+  [[nodiscard]] Truth whereabouts() const;
   [[nodiscard]] const LeverArms& told_lever_arms() const;
   [[nodiscard]] double told_circle_radius_m() const;
 

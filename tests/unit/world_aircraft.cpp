@@ -103,11 +103,11 @@ TEST_CASE("it stands until told to climb, lands by itself, and a climb ends the 
   CHECK((aircraft.body().position_ned_m - Eigen::Vector3d(3, -2, -Aircraft::skids_down_m)).norm() < 1e-12);
   CHECK(tilt_rad(aircraft) < 1e-9);
 
-  fly(aircraft, {{0, 0, -1}, 0}, 4);
+  fly(aircraft, {{0, 0, -1}, 0}, 6);
   CHECK_FALSE(aircraft.landed());
   CHECK(aircraft.body().position_ned_m.z() < -3);
   aircraft.land();
-  fly(aircraft, {{1, 0, 0}, 0}, 2);  // no longer listened to
+  fly(aircraft, {{1, 0, 0}, 0}, 4);  // no longer listened to
   CHECK(aircraft.body().velocity_ned_mps.x() == Approx(0).margin(1e-9));
   CHECK(aircraft.body().velocity_ned_mps.z() == Approx(Aircraft::landing_mps).margin(0.03));
   fly(aircraft, {{0, 0, -1}, 0}, 2);
