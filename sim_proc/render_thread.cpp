@@ -26,12 +26,12 @@ struct RenderThread::Work {
   Work(const Work&) = delete;
   Work& operator=(const Work&) = delete;
 
-  Picture draw(Exposure exposure) {
-    Picture picture{exposure.frame_seq, exposure.utime, {}, std::move(exposure.truth)};
-    picture.pixels = rectify(renderer.render(exposure.scene), maps);
-    for (world::CircleTruth& circle : picture.truth.circles)
-      circle.outline = published_outline(exposure.scene, circle, told);
-    return picture;
+  Picture draw(Exposure caught) {
+    Picture drawn{caught.frame_seq, caught.utime, {}, std::move(caught.truth)};
+    drawn.pixels = rectify(renderer.render(caught.scene), maps);
+    for (world::CircleTruth& circle : drawn.truth.circles)
+      circle.outline = published_outline(caught.scene, circle, told);
+    return drawn;
   }
 
   void run() {

@@ -8,8 +8,8 @@
 namespace stevedore {
 namespace {
 
-/// The pilot looks this often: ten times the velocity loop's bandwidth of 2.5 rad/s.
-constexpr std::int64_t steps_a_look = 40;
+/// The pilot flies at 50 Hz, as any that hears VEHICLE_STATE.
+constexpr std::int64_t steps_a_look = 4;
 
 world::WorldSettings settings_of(const SimSettings& settings, const CameraModel& told) {
   world::WorldSettings world;
@@ -165,7 +165,7 @@ bool SimStage::has_ended() const {
 void SimStage::step() {
   publish(world_.step());
   if (settings_.pilot == "scripted" && steps_++ % steps_a_look == 0)
-    world_.command(pilot_.fly(world_.truth()));
+    world_.command(pilot_.fly(world_.whereabouts()));
   // a tick falls on the step that reaches it
   while (static_cast<double>(ticks_) <= world_.time_s() * settings_.rate_hz) expose();
 }

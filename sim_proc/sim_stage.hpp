@@ -59,7 +59,6 @@ class SimStage {
 
  private:
   void step();
-  void fly();
   void expose();
   void send(const Picture& picture);
   void publish(const world::Readings& readings);
@@ -71,7 +70,7 @@ class SimStage {
   const SimSettings settings_;
   Bus& bus_;
   world::World world_;
-  world::Pilot pilot_;
+  world::ScriptedPilot pilot_;
   RenderThread renderer_;
   FrameOutput output_;
   std::optional<std::int64_t> start_utime_;  ///< of the world's time 0

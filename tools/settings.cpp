@@ -12,6 +12,7 @@
 #include "mission_proc/mission.hpp"
 #include "pose_proc/pose_settings.hpp"
 #include "runtime/process.hpp"
+#include "sim_proc/sim_stage.hpp"
 #include "tracker_proc/tracker.hpp"
 
 namespace {
@@ -81,5 +82,6 @@ int main(int argc, char** argv) {
   print<stevedore::PoseSettings>("pose");
   print<stevedore::MissionSettings>("mission");
   print<stevedore::GimbalSettings>("gimbal");
+  print<stevedore::SimSettings>("sim");
   return 0;
 }

@@ -88,6 +88,7 @@ Part part_of(const std::string& path) {
   if (fs::path(file).stem().string().ends_with("_stage")) return Part::stage;
   if (room == "camera_proc" && file.starts_with("source")) return Part::device;
   if (path.starts_with("sim_proc/render_thread.")) return Part::device;
+  if (path == "sim_proc/world/workers.cpp") return Part::device;  // the same picture for any number of threads
   return Part::algorithm;
 }
 
