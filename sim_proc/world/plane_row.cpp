@@ -30,7 +30,8 @@ float PlaneView::px_per_m(const PlaneRow& row, int u, float gx, float gy) const 
     const float lengthened = turned.z() / ray.z();  // along the ray, to stay on the plane
     return t * (gx * (turned.x() - ray.x() * lengthened) + gy * (turned.y() - ray.y() * lengthened));
   };
-  return 1 / std::max(1e-9F, std::hypot(change(slope.xu, slope.yu), change(slope.xv, slope.yv)));
+  const float across = change(slope.xu, slope.yu), down = change(slope.xv, slope.yv);
+  return 1 / std::max(1e-9F, std::sqrt(across * across + down * down));
 }
 
 }  // namespace stevedore::world

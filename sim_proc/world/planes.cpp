@@ -63,9 +63,9 @@ bool DeckLayer::meet(int v, PlaneRow& row) const {
   return row.first < row.last;
 }
 
-void DeckLayer::draw_body(const Textures& textures, const PictureRow& picture,
+void DeckLayer::draw_body(const Textures& textures, int first, int last, Picture& picture,
                           Solid::Scratch& scratch) const {
-  body_.draw(rays_, light_, textures, picture, scratch);
+  body_.draw(rays_, light_, textures, first, last, picture, scratch);
 }
 
 void DeckLayer::draw_top(const Textures& textures, PlaneRow& row, const PictureRow& picture) const {
