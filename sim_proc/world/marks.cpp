@@ -45,12 +45,7 @@ class Coverage {
  private:
   /// Share of the pixel where a distance with that gradient is positive.
   [[nodiscard]] float side(int u, float distance_m, float gx, float gy) const {
-    // an edge that is many pixels away even where the view is oblique needs no slopes
-    constexpr float far_px = 6;
-    const float far_m = far_px * plane_.pixel_m(row_.depth_m[static_cast<size_t>(u)]);
-    if (distance_m > far_m) return 1;
-    if (distance_m < -far_m) return 0;
-    return coverage_at(distance_m * plane_.px_per_m(row_, u, gx, gy));
+    return plane_.coverage(row_, u, distance_m, gx, gy);
   }
 
   [[nodiscard]] float ring(int u, float x, float y) const {

@@ -87,6 +87,7 @@ Part part_of(const std::string& path) {
   if (file == "main.cpp") return Part::main;
   if (fs::path(file).stem().string().ends_with("_stage")) return Part::stage;
   if (room == "camera_proc" && file.starts_with("source")) return Part::device;
+  if (path.starts_with("sim_proc/world/workers.")) return Part::device;  // the renderer's threads
   return Part::algorithm;
 }
 
@@ -221,6 +222,12 @@ TEST_CASE("the camera's sources reach devices and files, but not the bus") {
       breaks_a_rule(file, "#include <chrono>\n#include <filesystem>\n#include <linux/videodev2.h>\n"));
   CHECK(breaks_a_rule(file, "#include \"runtime/bus.hpp\"\n"));
   CHECK(breaks_a_rule("camera_proc/pacing.cpp", "#include <chrono>\n"));
+}
+
+TEST_CASE("of the world only its workers know threads") {
+  CHECK_FALSE(breaks_a_rule("sim_proc/world/workers.cpp", "#include <thread>\n#include <mutex>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/renderer.cpp", "#include <thread>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/workers.cpp", "#include \"runtime/bus.hpp\"\n"));
 }
 
 TEST_CASE("stages see messages, not their carrier") {
