@@ -46,6 +46,12 @@ struct Taps {
   }
 };
 
+/// Floor; the library's is a call.
+int whole_part(float x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < static_cast<float>(towards_zero));
+}
+
 /// Evenly along a path centred on the pixel, no farther apart than a pixel, bilinear each.
 Taps taps_along(const Vector2f& path_px) {
   Taps taps;
@@ -53,8 +59,8 @@ Taps taps_along(const Vector2f& path_px) {
   const float weight = 1 / static_cast<float>(samples);
   for (int s = 0; s < samples; ++s) {
     const Vector2f at = path_px * ((static_cast<float>(s) + 0.5F) * weight - 0.5F);
-    const float left = std::floor(at.x()), above = std::floor(at.y()), p = at.x() - left, q = at.y() - above;
-    const int u = static_cast<int>(left), v = static_cast<int>(above);
+    const int u = whole_part(at.x()), v = whole_part(at.y());
+    const float p = at.x() - static_cast<float>(u), q = at.y() - static_cast<float>(v);
     taps.add(u, v, weight * (1 - p) * (1 - q));
     taps.add(u + 1, v, weight * p * (1 - q));
     taps.add(u, v + 1, weight * (1 - p) * q);

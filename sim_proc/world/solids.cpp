@@ -109,6 +109,20 @@ Solid Solid::of(const View& view, const Capsule& capsule, std::uint8_t motion) {
   return solid;
 }
 
+/// The upper side, seen from above: nearer than all else, and what most rays meet.
+std::optional<Hit> Solid::meet_top(const Ray<float>& ray, const Box& box) {
+  if (ray.origin.z() >= 0) return std::nullopt;
+  const float range = -ray.origin.z() / ray.direction.z();
+  const Vector3f at = ray.origin + range * ray.direction;
+  if (!(range > 0) || std::abs(at.x()) > box.highest.x() || std::abs(at.y()) > box.highest.y())
+    return std::nullopt;
+  Hit hit;
+  hit.range = range;
+  hit.normal = {0, 0, -1};
+  hit.part = Part::floor;
+  return hit;
+}
+
 Hit Solid::meet(float ray_x, float ray_y) const {
   const Ray<float> ray{local_.eye, local_.local_from_camera * Vector3f(ray_x, ray_y, 1)};
   if (const auto* frustum = std::get_if<Frustum<float>>(&shape_)) return meet_bucket(ray, *frustum);
@@ -116,6 +130,7 @@ Hit Solid::meet(float ray_x, float ray_y) const {
   if (const auto* sausage = std::get_if<Sausage>(&shape_))
     return meet_capsule(ray, sausage->from, sausage->to, sausage->radius);
   const Box& box = std::get<Box>(shape_);
+  if (const auto top = meet_top(ray, box)) return *top;
   Hit hit = meet_box(ray, box.lowest, box.highest);
   if (hit && hit.normal.z() != 0) hit.part = Part::floor;  // the upper side, which is drawn with its paint
   return hit;

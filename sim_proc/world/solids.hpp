@@ -2,6 +2,7 @@
 // silhouettes, and the edges between their parts, by sixteen rays a pixel.
 #pragma once
 
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -45,6 +46,7 @@ class Solid {
   struct Shading;
 
   Solid(const View& view, const Rigid& rigid, std::uint8_t motion) : local_(view, rigid), motion_(motion) {}
+  static std::optional<Hit> meet_top(const Ray<float>& ray, const Box& box);
   [[nodiscard]] Hit meet(float ray_x, float ray_y) const;
   void meet_row(const LensRays& rays, int v, std::vector<Hit>& hits) const;
   /// Whether all four neighbours of the pixel meet the same part as it does.
