@@ -13,6 +13,9 @@ using Eigen::Vector2d;
 using Shape = Mark::Shape;
 using std::numbers::pi;
 
+/// Its bows, half as large, are nowhere near a circle's size.
+constexpr double largest_letter_m = 0.7;
+
 Mark bar(const Vector2d& from, const Vector2d& to, double width_m, const Surface& paint) {
   Mark mark;
   mark.shape = Shape::bar;
@@ -105,7 +108,7 @@ class SignPainter {
       if (kind == 0) marks_.push_back(round(Shape::ring, *place, radius_m, radius_m * 0.2, paint));
       if (kind == 1) lid(*place, std::min(radius_m, 0.36));
       if (kind == 2) arc(*place, radius_m, paint);
-      if (kind >= 3) letter(*place, radius_m * 1.2, paint);
+      if (kind >= 3) letter(*place, std::min(radius_m * 1.2, largest_letter_m), paint);
     }
   }
 

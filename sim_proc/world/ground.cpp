@@ -14,6 +14,11 @@ float squared(float x) {
   return x * x;
 }
 
+/// With one division; Eigen's normalized has three.
+Vector3f unit(const Vector3f& v) {
+  return v * (1 / std::sqrt(v.squaredNorm()));
+}
+
 /// x^(2^times)
 float squared_times(float x, int times) {
   for (int i = 0; i < times; ++i) x *= x;
@@ -112,11 +117,13 @@ class Water {
 
   void lay(size_t u, PlaneRow& row) const {
     const Vector3f normal = normal_at(row.x_m[u], row.y_m[u]);
-    const Vector3f from_eye = (Vector3f(row.x_m[u], row.y_m[u], 0) - eye_).normalized();
+    const Vector3f from_eye = unit(Vector3f(row.x_m[u], row.y_m[u], 0) - eye_);
     const float facing = std::clamp(-from_eye.dot(normal), 0.0F, 1.0F);
     const Vector3f mirrored = from_eye + 2 * facing * normal;
     const float miss = 1 - facing, fresnel = 0.02F + 0.98F * squared(squared(miss)) * miss;
-    const float glint = squared_times(std::max(0.0F, mirrored.dot(to_sun_)), 8);  // a few degrees wide
+    const float to_sun = mirrored.dot(to_sun_);
+    constexpr float in_reach = 0.9F;  // nothing is left of its 256th power
+    const float glint = to_sun > in_reach ? squared_times(to_sun, 8) : 0.0F;  // a few degrees wide
     const Vector3f glow = sky_light(light_, mirrored) * fresnel + light_.sun * (1.5F * glint * row.sun[u]);
     row.red[u] = body_[0];
     row.green[u] = body_[1];
@@ -137,7 +144,7 @@ class Water {
     const float a1 = along_[1].at(x1, y1), c1 = across_[1].at(x1, y1);
     constexpr float second = 0.7F;  // its steepness
     const float slope_x = a0 + second * (c * a1 - s * c1), slope_y = c0 + second * (s * a1 + c * c1);
-    return Vector3f(roughness_ * slope_x, roughness_ * slope_y, -1).normalized();
+    return unit({roughness_ * slope_x, roughness_ * slope_y, -1});
   }
 
   const Light& light_;
@@ -176,8 +183,8 @@ void add_gloss(float gloss, const Light& light, const Vector3f& to_sun_local, co
   for (int column = row.first; column < row.last; ++column) {
     const auto u = static_cast<size_t>(column);
     // Blinn (1977): the normal, -z, against the middle between sun and eye
-    const Vector3f to_eye = (eye - Vector3f(row.x_m[u], row.y_m[u], 0)).normalized();
-    const float along_normal = std::max(0.0F, -(to_eye + to_sun_local).normalized().z());
+    const Vector3f to_eye = unit(eye - Vector3f(row.x_m[u], row.y_m[u], 0));
+    const float along_normal = std::max(0.3F, -unit(to_eye + to_sun_local).z());  // 0.3^32 is nothing
     const float sheen = 0.6F * gloss * squared_times(along_normal, 5) * row.sun[u];
     row.glow_red[u] += sheen * light.sun[0];
     row.glow_green[u] += sheen * light.sun[1];

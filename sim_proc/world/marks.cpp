@@ -23,7 +23,9 @@ class Coverage {
         half_length_(static_cast<float>(mark.length_m / 2)),
         half_width_(static_cast<float>(mark.width_m / 2)),
         cosine_(static_cast<float>(std::cos(mark.angle_rad))),
-        sine_(static_cast<float>(std::sin(mark.angle_rad))) {}
+        sine_(static_cast<float>(std::sin(mark.angle_rad))),
+        end_cosine_(static_cast<float>(std::cos(mark.angle_rad + mark.sweep_rad))),
+        end_sine_(static_cast<float>(std::sin(mark.angle_rad + mark.sweep_rad))) {}
 
   [[nodiscard]] float at(int u) const {
     const float x = row_.x_m[static_cast<size_t>(u)] - centre_.x(),
@@ -43,12 +45,7 @@ class Coverage {
  private:
   /// Share of the pixel where a distance with that gradient is positive.
   [[nodiscard]] float side(int u, float distance_m, float gx, float gy) const {
-    // an edge that is many pixels away even where the view is oblique needs no slopes
-    constexpr float far_px = 6;
-    const float far_m = far_px * plane_.pixel_m(row_.depth_m[static_cast<size_t>(u)]);
-    if (distance_m > far_m) return 1;
-    if (distance_m < -far_m) return 0;
-    return coverage_at(distance_m * plane_.px_per_m(row_, u, gx, gy));
+    return plane_.coverage(row_, u, distance_m, gx, gy);
   }
 
   [[nodiscard]] float ring(int u, float x, float y) const {
@@ -62,11 +59,8 @@ class Coverage {
     const float whole = ring(u, x, y);
     if (whole <= 0) return 0;
     // the wedge between two half planes through the centre
-    const auto after = [&](double angle_rad) {
-      const auto c = static_cast<float>(std::cos(angle_rad)), s = static_cast<float>(std::sin(angle_rad));
-      return side(u, c * y - s * x, -s, c);
-    };
-    const float begun = after(mark_.angle_rad), ended = after(mark_.angle_rad + mark_.sweep_rad);
+    const float begun = side(u, cosine_ * y - sine_ * x, -sine_, cosine_);
+    const float ended = side(u, end_cosine_ * y - end_sine_ * x, -end_sine_, end_cosine_);
     return whole * (mark_.sweep_rad <= pi ? begun * (1 - ended) : 1 - (1 - begun) * ended);
   }
 
@@ -83,7 +77,7 @@ class Coverage {
   const PlaneView& plane_;
   const PlaneRow& row_;
   Eigen::Vector2f centre_;
-  float outer_, inner_, half_length_, half_width_, cosine_, sine_;
+  float outer_, inner_, half_length_, half_width_, cosine_, sine_, end_cosine_, end_sine_;
 };
 
 PixelRect rect_of(const View& view, const Deck& deck, const Mark& mark) {

@@ -1,5 +1,6 @@
 #include "sim_proc/world/motion.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -26,48 +27,88 @@ Motion motion_of(const Rigid& thing, const Rigid& eye) {
   return {(camera_from_ned * drift).cast<float>(), (camera_from_ned * turn).cast<float>()};
 }
 
-struct Planes {
-  const Picture& picture;
+/// A pixel that way from the one that is blurred, and its share of the mean.
+struct Tap {
+  int shift_u, shift_v;
+  float weight;
+};
 
-  /// Adds weight times what lies `shift` rows and columns from u, v, for `count` pixels; outside of the image
-  /// its border goes on.
-  void add(int u, int v, int shift_u, int shift_v, float weight, int count, float (*sums)[block_px]) const {
-    const int row = std::clamp(v + shift_v, 0, picture.height - 1);
-    const auto start = static_cast<std::ptrdiff_t>(row) * picture.width;
-    const float* planes[3] = {picture.red.data() + start, picture.green.data() + start,
-                              picture.blue.data() + start};
-    const int first = u + shift_u;
-    if (count == block_px && first >= 0 && first + block_px <= picture.width) {
-      for (int c = 0; c < 3; ++c)
-        for (int k = 0; k < block_px; ++k) sums[c][k] += weight * planes[c][first + k];
-      return;
-    }
-    for (int k = 0; k < count; ++k) {
-      const int column = std::clamp(first + k, 0, picture.width - 1);
-      for (int c = 0; c < 3; ++c) sums[c][k] += weight * planes[c][column];
-    }
+struct Taps {
+  std::array<Tap, 4 * most_samples> list;
+  int count = 0;
+  int reach_u = 0, reach_v = 0;  ///< largest shift either way
+
+  void add(int shift_u, int shift_v, float weight) {
+    if (weight <= 0) return;
+    list[static_cast<size_t>(count++)] = {shift_u, shift_v, weight};
+    reach_u = std::max(reach_u, std::abs(shift_u));
+    reach_v = std::max(reach_v, std::abs(shift_v));
   }
 };
 
-/// Mean along a path centred on each of `count` pixels.
-void blur_block(const Picture& picture, int u, int v, const Vector2f& path_px, int count, const RowOut& out) {
+/// Floor; the library's is a call.
+int whole_part(float x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < static_cast<float>(towards_zero));
+}
+
+/// Evenly along a path centred on the pixel, no farther apart than a pixel, bilinear each.
+Taps taps_along(const Vector2f& path_px) {
+  Taps taps;
   const int samples = std::min(1 + static_cast<int>(std::ceil(path_px.norm())), most_samples);
-  float sums[3][block_px] = {};
-  const Planes planes{picture};
+  const float weight = 1 / static_cast<float>(samples);
   for (int s = 0; s < samples; ++s) {
-    const Vector2f at = path_px * ((static_cast<float>(s) + 0.5F) / static_cast<float>(samples) - 0.5F);
-    const float left = std::floor(at.x()), above = std::floor(at.y()), p = at.x() - left, q = at.y() - above;
-    const int shift_u = static_cast<int>(left), shift_v = static_cast<int>(above);
-    const float weight = 1 / static_cast<float>(samples);
-    planes.add(u, v, shift_u, shift_v, weight * (1 - p) * (1 - q), count, sums);
-    planes.add(u, v, shift_u + 1, shift_v, weight * p * (1 - q), count, sums);
-    planes.add(u, v, shift_u, shift_v + 1, weight * (1 - p) * q, count, sums);
-    planes.add(u, v, shift_u + 1, shift_v + 1, weight * p * q, count, sums);
+    const Vector2f at = path_px * ((static_cast<float>(s) + 0.5F) * weight - 0.5F);
+    const int u = whole_part(at.x()), v = whole_part(at.y());
+    const float p = at.x() - static_cast<float>(u), q = at.y() - static_cast<float>(v);
+    taps.add(u, v, weight * (1 - p) * (1 - q));
+    taps.add(u + 1, v, weight * p * (1 - q));
+    taps.add(u, v + 1, weight * (1 - p) * q);
+    taps.add(u + 1, v + 1, weight * p * q);
   }
-  const auto bytes = static_cast<size_t>(count) * sizeof(float);
-  std::memcpy(out.red + u, sums[0], bytes);
-  std::memcpy(out.green + u, sums[1], bytes);
-  std::memcpy(out.blue + u, sums[2], bytes);
+  return taps;
+}
+
+/// A whole block, all of whose taps are inside of the image.
+void blur_inside(const float* plane, int width, const Taps& taps, float* out) {
+  float sums[block_px] = {};
+  for (int i = 0; i < taps.count; ++i) {
+    const Tap& tap = taps.list[static_cast<size_t>(i)];
+    const float* from = plane + static_cast<std::ptrdiff_t>(tap.shift_v) * width + tap.shift_u;
+    for (int k = 0; k < block_px; ++k) sums[k] += tap.weight * from[k];
+  }
+  std::memcpy(out, sums, sizeof sums);
+}
+
+/// One pixel; outside of the image its border goes on.
+void blur_pixel(const Picture& picture, int u, int v, const Taps& taps, const RowOut& out) {
+  out.red[u] = out.green[u] = out.blue[u] = 0;
+  for (int i = 0; i < taps.count; ++i) {
+    const Tap& tap = taps.list[static_cast<size_t>(i)];
+    const int row = std::clamp(v + tap.shift_v, 0, picture.height - 1);
+    const int column = std::clamp(u + tap.shift_u, 0, picture.width - 1);
+    const auto at =
+        static_cast<size_t>(row) * static_cast<size_t>(picture.width) + static_cast<size_t>(column);
+    out.red[u] += tap.weight * picture.red[at];
+    out.green[u] += tap.weight * picture.green[at];
+    out.blue[u] += tap.weight * picture.blue[at];
+  }
+}
+
+/// `count` pixels from u on, all on the same path.
+void blur_block(const Picture& picture, int u, int v, const Vector2f& path_px, int count, const RowOut& out) {
+  const Taps taps = taps_along(path_px);
+  const bool inside = count == block_px && u >= taps.reach_u &&
+                      u + block_px + taps.reach_u <= picture.width && v >= taps.reach_v &&
+                      v + taps.reach_v < picture.height;
+  if (!inside) {
+    for (int k = 0; k < count; ++k) blur_pixel(picture, u + k, v, taps, out);
+    return;
+  }
+  const auto start = static_cast<std::ptrdiff_t>(v) * picture.width + u;
+  blur_inside(picture.red.data() + start, picture.width, taps, out.red + u);
+  blur_inside(picture.green.data() + start, picture.width, taps, out.green + u);
+  blur_inside(picture.blue.data() + start, picture.width, taps, out.blue + u);
 }
 
 void copy_block(const Picture& picture, int u, int v, int count, const RowOut& out) {

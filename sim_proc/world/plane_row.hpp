@@ -37,9 +37,9 @@ class PlaneView {
   void meet(PlaneRow& row) const;
   /// Metres of the plane that a pixel spans at that depth when looking straight at it.
   [[nodiscard]] float pixel_m(float depth_m) const { return depth_m * rays_.pixel_rad; }
-  /// Pixels per unit of a distance whose gradient on the plane is (gx, gy), at column u: the signed distance
-  /// in the image is the distance on the plane times this, to first order, exact on the edge.
-  [[nodiscard]] float px_per_m(const PlaneRow& row, int u, float gx, float gy) const;
+  /// Share of the pixel at column u on the positive side of an edge on the plane: signed distance of its
+  /// centre, whose gradient on the plane is (gx, gy), unit. To first order, exact on the edge.
+  [[nodiscard]] float coverage(const PlaneRow& row, int u, float distance_m, float gx, float gy) const;
 
  private:
   LocalView local_;

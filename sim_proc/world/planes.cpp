@@ -41,12 +41,9 @@ float DeckLayer::cover_at(const PlaneRow& row, int column) const {
   const auto u = static_cast<size_t>(column);
   if (!(row.depth_m[u] > 0) || row.depth_m[u] > farthest_m) return 0;
   const float inside_x = half_x_m_ - std::abs(row.x_m[u]), inside_y = half_y_m_ - std::abs(row.y_m[u]);
-  constexpr float far_px = 6;  // where slopes need not be looked at, however oblique the view
-  const float far_m = far_px * plane_.pixel_m(row.depth_m[u]), nearest = std::min(inside_x, inside_y);
-  if (nearest > far_m) return 1;
-  if (nearest < -far_m) return 0;
-  return coverage_at(inside_x * plane_.px_per_m(row, column, 1, 0)) *
-         coverage_at(inside_y * plane_.px_per_m(row, column, 0, 1));
+  const float share_x = plane_.coverage(row, column, inside_x, row.x_m[u] > 0 ? -1.0F : 1.0F, 0);
+  if (share_x <= 0) return 0;
+  return share_x * plane_.coverage(row, column, inside_y, 0, row.y_m[u] > 0 ? -1.0F : 1.0F);
 }
 
 bool DeckLayer::meet(int v, PlaneRow& row) const {
@@ -63,9 +60,9 @@ bool DeckLayer::meet(int v, PlaneRow& row) const {
   return row.first < row.last;
 }
 
-void DeckLayer::draw_body(const Textures& textures, const PictureRow& picture,
+void DeckLayer::draw_body(const Textures& textures, int first, int last, Picture& picture,
                           Solid::Scratch& scratch) const {
-  body_.draw(rays_, light_, textures, picture, scratch);
+  body_.draw(rays_, light_, textures, first, last, picture, scratch);
 }
 
 void DeckLayer::draw_top(const Textures& textures, PlaneRow& row, const PictureRow& picture) const {

@@ -18,8 +18,9 @@ class DeckLayer {
 
   /// Fills where the row's pixels meet the deck and how much of each it covers. False: none of them.
   bool meet(int v, PlaneRow& row) const;
-  /// Lays the body, then the upper side over what the row shows already.
-  void draw_body(const Textures& textures, const PictureRow& picture, Solid::Scratch& scratch) const;
+  /// Lays the body over what rows first..last-1 show already, then the upper side over one row after meet().
+  void draw_body(const Textures& textures, int first, int last, Picture& picture,
+                 Solid::Scratch& scratch) const;
   void draw_top(const Textures& textures, PlaneRow& row, const PictureRow& picture) const;
 
  private:

@@ -23,16 +23,14 @@ constexpr int piece_rows = 24;
 
 /// Memory of one thread.
 struct Scratch {
-  std::vector<PlaneRow> deck_rows;
-  PlaneRow ground_row;
+  PlaneRow deck_row, ground_row;
   Solid::Scratch solid;
   std::vector<float> strand_shares;
   std::vector<std::uint8_t> covered;
   DevelopScratch develop;
 
-  void resize(size_t decks, int width) {
-    deck_rows.resize(decks);
-    for (PlaneRow& row : deck_rows) row.resize(width);
+  void resize(int width) {
+    deck_row.resize(width);
     ground_row.resize(width);
     strand_shares.assign(static_cast<size_t>(width), 0.0F);
     covered.resize(static_cast<size_t>(width));
@@ -75,24 +73,21 @@ class Stage {
   [[nodiscard]] const View& view() const { return view_; }
   [[nodiscard]] const Motions& motions() const { return motions_; }
 
-  void draw_row(int v, const Textures& textures, Scratch& scratch, Picture& picture) const {
-    const PictureRow row(picture, v);
-    std::fill(scratch.covered.begin(), scratch.covered.end(), std::uint8_t{0});
-    for (size_t i = 0; i < decks_.size(); ++i)
-      if (decks_[i].meet(v, scratch.deck_rows[i])) note_covered(scratch.deck_rows[i], scratch.covered);
-    draw_ground(v, textures, scratch, row);
-    for (size_t i = 0; i < decks_.size(); ++i) {
-      decks_[i].draw_body(textures, row, scratch.solid);
-      PlaneRow& top = scratch.deck_rows[i];
-      if (top.first < top.last) decks_[i].draw_top(textures, top, row);
+  /// Rows first..last-1.
+  void draw(int first, int last, const Textures& textures, Scratch& scratch, Picture& picture) const {
+    for (int v = first; v < last; ++v) draw_ground(v, textures, scratch, PictureRow(picture, v));
+    for (const DeckLayer& deck : decks_) {
+      deck.draw_body(textures, first, last, picture, scratch.solid);
+      for (int v = first; v < last; ++v)
+        if (deck.meet(v, scratch.deck_row)) deck.draw_top(textures, scratch.deck_row, PictureRow(picture, v));
     }
     for (const Thing& thing : things_) {
       if (const auto* solid = std::get_if<Solid>(&thing.what))
-        solid->draw(view_.rays, scene_.light, textures, row, scratch.solid);
+        solid->draw(view_.rays, scene_.light, textures, first, last, picture, scratch.solid);
       else
-        std::get<SeenStrand>(thing.what).draw(scene_.light, row, scratch.strand_shares);
+        std::get<SeenStrand>(thing.what).draw(scene_.light, first, last, picture, scratch.strand_shares);
     }
-    add_haze(scene_, picture.width, row);
+    for (int v = first; v < last; ++v) add_haze(scene_, picture.width, PictureRow(picture, v));
   }
 
  private:
@@ -144,6 +139,9 @@ class Stage {
   /// The ground where no deck hides it.
   void draw_ground(int v, const Textures& textures, Scratch& scratch, const PictureRow& row) const {
     const int width = view_.rays.width_px;
+    std::fill(scratch.covered.begin(), scratch.covered.end(), std::uint8_t{0});
+    for (const DeckLayer& deck : decks_)
+      if (deck.meet(v, scratch.deck_row)) note_covered(scratch.deck_row, scratch.covered);
     const auto hidden = [&](int u) { return scratch.covered[static_cast<size_t>(u)] != 0; };
     std::fill_n(row.depth_m, width, 1e9F);
     for (int u = 0; u < width;) {
@@ -184,7 +182,7 @@ struct Renderer::Workspace {
     if (!response || !response->is_for(wanted.response)) response.emplace(wanted.response);
     lens = wanted;
     picture.resize(rays.width_px, rays.height_px);
-    for (Scratch& each : scratch) each.resize(scene.decks.size(), rays.width_px);
+    for (Scratch& each : scratch) each.resize(rays.width_px);
   }
 
   /// Calls rows(first, last, scratch) for all rows of the picture.
@@ -207,7 +205,7 @@ cv::Mat Renderer::render(const Scene& scene) {
   w.prepare(scene);
   const Stage stage(scene, w.rays);
   w.in_pieces([&](int first, int last, Scratch& scratch) {
-    for (int v = first; v < last; ++v) stage.draw_row(v, w.textures, scratch, w.picture);
+    stage.draw(first, last, w.textures, scratch, w.picture);
   });
   const Veil veil(scene, stage.view(), w.picture);
   const Darkroom darkroom{scene, w.rays, stage.motions(), w.picture, w.noise, *w.response, veil};

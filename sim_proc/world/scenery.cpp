@@ -114,6 +114,7 @@ Bucket draw_bucket(int index, const Deck& deck, Dice& dice) {
 Scenery draw_scenery(const SceneryDraw& draw) {
   Dice dice(draw.seed, "scenery");
   Scenery scenery;
+  scenery.circle_radius_m = draw.circle_radius_m;
   scenery.layout = dice.chance(0.5) ? Layout::square : Layout::row;
   scenery.light = draw_light(dice);
   scenery.surroundings = draw_surroundings(draw.easy, dice);

@@ -13,14 +13,15 @@ enum class Layout { square, row };
 
 struct SceneryDraw {
   std::uint64_t seed = 1;
-  bool easy = false;  ///< clean paint, no clutter, no spray: for a first look only
+  bool easy = false;             ///< clean paint, no clutter, no spray: for a first look only
+  double circle_radius_m = 0.5;  ///< outer edge, as painted: nobody paints to the millimetre
 };
 
 /// A scene with two platforms (decks 0 and 1) and the take-off pad (deck 2, one circle at its centre), each
 /// at its own origin with level axes; clutter placed relative to the deck that it stands on.
 struct Scenery {
   Layout layout = Layout::square;
-  double circle_radius_m = 0.5;  ///< outer edge, as painted
+  double circle_radius_m = 0.5;  ///< as drawn for
   std::vector<Deck> decks;       ///< 0, 1: platforms with slots 0..3; 2: the pad with slot 0
   std::vector<Bucket> buckets;   ///< four, looks only; index 0..3
   Light light;

@@ -116,10 +116,15 @@ void Shadows::add_box(const Deck& deck) {
   Outline outline;
   outline.soft = static_cast<float>(std::max(1e-3, highest / -to_sun_.z() * sun_radius_rad_));
   Vector2d low(1e9, 1e9), high(-1e9, -1e9);
-  for (const cv::Point2f& corner : hull) {
-    outline.corners.emplace_back(corner.x, corner.y);
-    low = low.cwiseMin(Vector2d(corner.x, corner.y));
-    high = high.cwiseMax(Vector2d(corner.x, corner.y));
+  Vector2d from(hull.back().x, hull.back().y);
+  for (const cv::Point2f& corner : hull) {  // in order with the inside on the left
+    const Vector2d to(corner.x, corner.y),
+        normal = Vector2d(to.y() - from.y(), from.x() - to.x()).normalized();
+    outline.edges.push_back({static_cast<float>(normal.x()), static_cast<float>(normal.y()),
+                             static_cast<float>(normal.dot(from))});
+    low = low.cwiseMin(to);
+    high = high.cwiseMax(to);
+    from = to;
   }
   const double soft = static_cast<double>(outline.soft);
   outline.rect = rect_of(low.array() - soft, high.array() + soft);
@@ -159,14 +164,9 @@ void Shadows::cast_one(const Caster& caster, const PlaneView& plane, PlaneRow& r
 
 void Shadows::cast_one(const Outline& outline, const PlaneView& plane, PlaneRow& row) {
   over_pixels(outline, row, [&](size_t u) {
-    const Vector2f p(row.x_m[u], row.y_m[u]);
     float distance = -1e9F;
-    Vector2f from = outline.corners.back();
-    for (const Vector2f& to : outline.corners) {
-      const Vector2f edge = (to - from).normalized(), q = p - from;
-      distance = std::max(distance, edge.y() * q.x() - edge.x() * q.y());
-      from = to;
-    }
+    for (const Edge& edge : outline.edges)
+      distance = std::max(distance, row.x_m[u] * edge.nx + row.y_m[u] * edge.ny - edge.limit);
     row.sun[u] *= 1 - hidden_share(distance, outline.soft + plane.pixel_m(row.depth_m[u]) / 2);
   });
 }

@@ -28,9 +28,12 @@ class Shadows {
     float opacity;
     PixelRect rect;
   };
-  /// Convex outline, corners in order with the inside on the left; soft edge of one width.
+  /// Convex outline: where x nx + y ny <= limit for every edge (unit normals); soft edge of one width.
+  struct Edge {
+    float nx, ny, limit;
+  };
   struct Outline {
-    std::vector<Eigen::Vector2f> corners;
+    std::vector<Edge> edges;
     float soft;
     PixelRect rect;
   };

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "sim_proc/world/scene.hpp"
 
@@ -137,37 +138,41 @@ inline std::array<Eigen::Vector3d, handle_points> handle_of(const Bucket& bucket
   return points;
 }
 
+/// Smaller root of a t^2 + 2 b t + c, where it is real and a > 0.
+template <typename T>
+std::optional<T> smaller_root(T a, T b, T c) {
+  const T discriminant = b * b - a * c;
+  if (!(discriminant >= 0) || !(a > 0)) return std::nullopt;
+  return (-b - std::sqrt(discriminant)) / a;
+}
+
 /// Sphere-swept segment.
 template <typename T>
 Meeting<T> meet_capsule(const Ray<T>& ray, const Vec3<T>& from, const Vec3<T>& to, T radius) {
   Meeting<T> met;
-  const Vec3<T> axis = to - from, &d = ray.direction;
-  const T axis2 = axis.squaredNorm();
-  const auto try_root = [&](const Vec3<T>& toward, T a, T b, T c, bool is_side) {
-    const T discriminant = b * b - a * c;
-    if (!(discriminant >= 0) || !(a > 0)) return;
-    const T range = (-b - std::sqrt(discriminant)) / a;
+  const Vec3<T> axis = to - from, &d = ray.direction, o = ray.origin - from;
+  const T axis2 = axis.squaredNorm(), d2 = d.squaredNorm(), od = o.dot(d), o2 = o.squaredNorm();
+  const auto offer = [&](T range, const Vec3<T>& normal) {
     if (!(range > 0) || !(range < met.range)) return;
-    const Vec3<T> at = ray.origin + range * d;
-    Vec3<T> normal = at - toward;
-    if (is_side) {
-      const T along = normal.dot(axis);
-      if (along < 0 || along > axis2) return;
-      normal -= axis * (along / axis2);
-    }
     met.range = range;
     met.normal = normal;
     met.part = Meeting<T>::Part::outside;
   };
-  const Vec3<T> o = ray.origin - from;
   if (axis2 > 0) {
-    const T da = d.dot(axis), oa = o.dot(axis);
-    try_root(from, d.squaredNorm() - da * da / axis2, o.dot(d) - oa * da / axis2,
-             o.squaredNorm() - oa * oa / axis2 - radius * radius, true);
+    const T da = d.dot(axis), oa = o.dot(axis), inverse = 1 / axis2;
+    const T a = d2 - da * da * inverse, b = od - oa * da * inverse;
+    const T c = o2 - oa * oa * inverse - radius * radius;
+    if (b * b < a * c) return met;  // it misses the endless cylinder, which holds both ends
+    if (const auto range = smaller_root(a, b, c)) {
+      const Vec3<T> at = o + *range * d;
+      const T along = at.dot(axis);
+      if (along >= 0 && along <= axis2) offer(*range, at - axis * (along * inverse));
+    }
   }
-  for (const Vec3<T>& centre : {from, to}) {
-    const Vec3<T> p = ray.origin - centre;
-    try_root(centre, d.squaredNorm(), p.dot(d), p.squaredNorm() - radius * radius, false);
+  for (const Vec3<T>& end : {Vec3<T>(Vec3<T>::Zero()), axis}) {
+    const Vec3<T> p = o - end;
+    if (const auto range = smaller_root(d2, p.dot(d), p.squaredNorm() - radius * radius))
+      offer(*range, p + *range * d);
   }
   return met;
 }
@@ -186,7 +191,8 @@ Meeting<T> meet_torus(const Ray<T>& ray, T outer, T tube) {
   T range = std::max(T(0), middle - half_chord);
   for (int i = 0; i < most_steps && range < middle + half_chord; ++i) {
     const Vec3<T> at = o + range * d;
-    const T radial = std::hypot(at.x(), at.y()), distance = std::hypot(radial - ring, at.z()) - tube;
+    const T radial = std::sqrt(at.x() * at.x() + at.y() * at.y()), off = radial - ring;
+    const T distance = std::sqrt(off * off + at.z() * at.z()) - tube;
     if (distance < T(1e-5)) {
       met.range = range / length;
       const T pull = 1 - ring / std::max(radial, T(1e-6));

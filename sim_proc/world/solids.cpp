@@ -42,6 +42,12 @@ Offset offset_of(int ray) {
           (static_cast<float>(rows[static_cast<size_t>(ray)]) + 0.5F) / rays_per_pixel - 0.5F};
 }
 
+/// Whether it is not hidden by what is drawn already.
+bool is_before(const Hit& hit, float drawn_depth_m) {
+  constexpr float touching = 1.0005F, touching_m = 0.002F;  // things stand on decks, not in them
+  return hit && hit.range <= drawn_depth_m * touching + touching_m;
+}
+
 Rigid at_ned(const Vector3d& position_ned_m) {
   Rigid rigid;
   rigid.position_ned_m = position_ned_m;
@@ -103,6 +109,20 @@ Solid Solid::of(const View& view, const Capsule& capsule, std::uint8_t motion) {
   return solid;
 }
 
+/// The upper side, seen from above: nearer than all else, and what most rays meet.
+std::optional<Hit> Solid::meet_top(const Ray<float>& ray, const Box& box) {
+  if (ray.origin.z() >= 0) return std::nullopt;
+  const float range = -ray.origin.z() / ray.direction.z();
+  const Vector3f at = ray.origin + range * ray.direction;
+  if (!(range > 0) || std::abs(at.x()) > box.highest.x() || std::abs(at.y()) > box.highest.y())
+    return std::nullopt;
+  Hit hit;
+  hit.range = range;
+  hit.normal = {0, 0, -1};
+  hit.part = Part::floor;
+  return hit;
+}
+
 Hit Solid::meet(float ray_x, float ray_y) const {
   const Ray<float> ray{local_.eye, local_.local_from_camera * Vector3f(ray_x, ray_y, 1)};
   if (const auto* frustum = std::get_if<Frustum<float>>(&shape_)) return meet_bucket(ray, *frustum);
@@ -110,6 +130,7 @@ Hit Solid::meet(float ray_x, float ray_y) const {
   if (const auto* sausage = std::get_if<Sausage>(&shape_))
     return meet_capsule(ray, sausage->from, sausage->to, sausage->radius);
   const Box& box = std::get<Box>(shape_);
+  if (const auto top = meet_top(ray, box)) return *top;
   Hit hit = meet_box(ray, box.lowest, box.highest);
   if (hit && hit.normal.z() != 0) hit.part = Part::floor;  // the upper side, which is drawn with its paint
   return hit;
@@ -179,54 +200,72 @@ struct Solid::Shading {
   }
 };
 
-void Solid::draw(const LensRays& rays, const Light& light, const Textures& textures, const PictureRow& row,
-                 Scratch& scratch) const {
-  if (!rect_.has_row(row.v)) return;
-  meet_row(rays, row.v - 1, scratch.above);
-  meet_row(rays, row.v, scratch.here);
-  meet_row(rays, row.v + 1, scratch.below);
-  const bool is_box = std::holds_alternative<Box>(shape_);
-  const float *ray_x = rays.row_x(row.v), *ray_y = rays.row_y(row.v);
-  const float pixel_m = rays.pixel_rad * std::abs(local_.eye.norm());
-  const Shading shading(*this, light, textures, pixel_m);
-  const auto visible = [&](const Hit& hit, int u) {
-    constexpr float touching = 1.0005F;  // things stand on decks, not in them
-    return hit && hit.range <= row.depth_m[u] * touching + 0.002F;
-  };
-  for (int u = rect_.left; u < rect_.right; ++u) {
-    const auto i = static_cast<size_t>(u);
-    const Part part = scratch.here[i].part;
-    const bool left_same = u == rect_.left || scratch.here[i - 1].part == part;
-    const bool right_same = u + 1 == rect_.right || scratch.here[i + 1].part == part;
-    if (left_same && right_same && scratch.above[i].part == part && scratch.below[i].part == part) {
-      const Hit& hit = scratch.here[i];
-      if (!visible(hit, u) || (is_box && part == Part::floor)) continue;
-      const Vector3f ray = local_.local_from_camera * Vector3f(ray_x[u], ray_y[u], 1);
-      row.lay(u, shading.at(hit, ray), 1, hit.range, motion_);
+bool Solid::is_inside_part(int u, const Scratch& scratch) const {
+  const auto i = static_cast<size_t>(u);
+  const Part part = scratch.here[i].part;
+  return (u == rect_.left || scratch.here[i - 1].part == part) &&
+         (u + 1 == rect_.right || scratch.here[i + 1].part == part) && scratch.above[i].part == part &&
+         scratch.below[i].part == part;
+}
+
+/// A deck's upper side is drawn with its paint, by DeckLayer.
+bool Solid::is_upper_side(const Hit& hit) const {
+  return hit.part == Part::floor && std::holds_alternative<Box>(shape_);
+}
+
+void Solid::draw_edge(const LensRays& rays, const Shading& shading, const PictureRow& row, int u) const {
+  const RaySlopes slope = rays.slopes(u, row.v);
+  const float middle_x = rays.row_x(row.v)[u], middle_y = rays.row_y(row.v)[u];
+  Vector3f sum = Vector3f::Zero();
+  int met = 0, under_top = 0;
+  float depth = 0;
+  for (int k = 0; k < rays_per_pixel; ++k) {
+    const Offset offset = offset_of(k);
+    const float x = middle_x + slope.xu * offset.u + slope.xv * offset.v;
+    const float y = middle_y + slope.yu * offset.u + slope.yv * offset.v;
+    const Hit hit = meet(x, y);
+    if (!is_before(hit, row.depth_m[u])) continue;
+    if (is_upper_side(hit)) {
+      ++under_top;
       continue;
     }
-    const RaySlopes slope = rays.slopes(u, row.v);
-    Vector3f sum = Vector3f::Zero();
-    int lit = 0, under_top = 0;
-    float depth = 0;
-    for (int k = 0; k < rays_per_pixel; ++k) {
-      const Offset offset = offset_of(k);
-      const float x = ray_x[u] + slope.xu * offset.u + slope.xv * offset.v;
-      const float y = ray_y[u] + slope.yu * offset.u + slope.yv * offset.v;
-      const Hit hit = meet(x, y);
-      if (!visible(hit, u)) continue;
-      if (is_box && hit.part == Part::floor) {
-        ++under_top;
-        continue;
-      }
-      sum += shading.at(hit, local_.local_from_camera * Vector3f(x, y, 1));
-      depth += hit.range;
-      ++lit;
+    sum += shading.at(hit, local_.local_from_camera * Vector3f(x, y, 1));
+    depth += hit.range;
+    ++met;
+  }
+  if (met == 0) return;
+  // a deck's side goes on under its upper side, which is laid over it with its own edge
+  const float share = static_cast<float>(met + under_top) / rays_per_pixel;
+  row.lay(u, sum / static_cast<float>(met), share, depth / static_cast<float>(met), motion_);
+}
+
+void Solid::draw_row(const LensRays& rays, const Shading& shading, const PictureRow& row,
+                     const Scratch& scratch) const {
+  const float *ray_x = rays.row_x(row.v), *ray_y = rays.row_y(row.v);
+  for (int u = rect_.left; u < rect_.right; ++u) {
+    const Hit& hit = scratch.here[static_cast<size_t>(u)];
+    if (!is_inside_part(u, scratch)) {
+      draw_edge(rays, shading, row, u);
+    } else if (is_before(hit, row.depth_m[u]) && !is_upper_side(hit)) {
+      const Vector3f ray = local_.local_from_camera * Vector3f(ray_x[u], ray_y[u], 1);
+      row.lay(u, shading.at(hit, ray), 1, hit.range, motion_);
     }
-    if (lit == 0) continue;
-    // a deck's side goes on under its upper side, which is laid over it with its own edge
-    const float share = static_cast<float>(lit + under_top) / rays_per_pixel;
-    row.lay(u, sum / static_cast<float>(lit), share, depth / static_cast<float>(lit), motion_);
+  }
+}
+
+void Solid::draw(const LensRays& rays, const Light& light, const Textures& textures, int first, int last,
+                 Picture& picture, Scratch& scratch) const {
+  first = std::max(first, rect_.top);
+  last = std::min(last, rect_.bottom);
+  if (first >= last) return;
+  const Shading shading(*this, light, textures, rays.pixel_rad * local_.eye.norm());
+  meet_row(rays, first - 1, scratch.above);
+  meet_row(rays, first, scratch.here);
+  for (int v = first; v < last; ++v) {
+    meet_row(rays, v + 1, scratch.below);
+    draw_row(rays, shading, PictureRow(picture, v), scratch);
+    std::swap(scratch.above, scratch.here);
+    std::swap(scratch.here, scratch.below);
   }
 }
 

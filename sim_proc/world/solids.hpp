@@ -2,6 +2,7 @@
 // silhouettes, and the edges between their parts, by sixteen rays a pixel.
 #pragma once
 
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -33,19 +34,27 @@ class Solid {
 
   [[nodiscard]] const PixelRect& rect() const { return rect_; }
 
-  /// Rows of parts that one thread keeps while it draws.
+  /// What three rows of pixels meet; one thread's memory.
   struct Scratch {
     std::vector<Hit> above, here, below;
   };
-  void draw(const LensRays& rays, const Light& light, const Textures& textures, const PictureRow& row,
-            Scratch& scratch) const;
+  /// Rows first..last-1.
+  void draw(const LensRays& rays, const Light& light, const Textures& textures, int first, int last,
+            Picture& picture, Scratch& scratch) const;
 
  private:
   struct Shading;
 
   Solid(const View& view, const Rigid& rigid, std::uint8_t motion) : local_(view, rigid), motion_(motion) {}
+  static std::optional<Hit> meet_top(const Ray<float>& ray, const Box& box);
   [[nodiscard]] Hit meet(float ray_x, float ray_y) const;
   void meet_row(const LensRays& rays, int v, std::vector<Hit>& hits) const;
+  /// Whether all four neighbours of the pixel meet the same part as it does.
+  [[nodiscard]] bool is_inside_part(int u, const Scratch& scratch) const;
+  [[nodiscard]] bool is_upper_side(const Hit& hit) const;
+  void draw_row(const LensRays& rays, const Shading& shading, const PictureRow& row,
+                const Scratch& scratch) const;
+  void draw_edge(const LensRays& rays, const Shading& shading, const PictureRow& row, int u) const;
 
   LocalView local_;
   std::variant<Box, Frustum<float>, Torus, Sausage> shape_;

@@ -90,8 +90,13 @@ void SeenStrand::cover(const Piece& piece, const PictureRow& row, std::vector<fl
   }
 }
 
-void SeenStrand::draw(const Light& light, const PictureRow& row, std::vector<float>& shares) const {
-  if (!rect_.has_row(row.v)) return;
+void SeenStrand::draw(const Light& light, int first, int last, Picture& picture,
+                      std::vector<float>& shares) const {
+  for (int v = std::max(first, rect_.top); v < std::min(last, rect_.bottom); ++v)
+    draw_row(light, PictureRow(picture, v), shares);
+}
+
+void SeenStrand::draw_row(const Light& light, const PictureRow& row, std::vector<float>& shares) const {
   for (const Piece& piece : pieces_)
     if (piece.rect.has_row(row.v)) cover(piece, row, shares);
   constexpr float sunny_side = 0.5F;  // mean cosine of a round thing's lit half, seen from where it may be

@@ -12,8 +12,8 @@ class SeenStrand {
   SeenStrand(const View& view, const Strand& strand, std::uint8_t motion);
 
   [[nodiscard]] const PixelRect& rect() const { return rect_; }
-  /// shares: scratch, as wide as the picture, all 0 before and after.
-  void draw(const Light& light, const PictureRow& row, std::vector<float>& shares) const;
+  /// Rows first..last-1. shares: scratch, as wide as the picture, all 0 before and after.
+  void draw(const Light& light, int first, int last, Picture& picture, std::vector<float>& shares) const;
 
  private:
   /// In pixels; depth and radius change evenly from one end to the other.
@@ -24,6 +24,7 @@ class SeenStrand {
   };
   void add(const View& view, const Eigen::Vector3d& from_camera_m, const Eigen::Vector3d& to_camera_m,
            double radius_m);
+  void draw_row(const Light& light, const PictureRow& row, std::vector<float>& shares) const;
   void cover(const Piece& piece, const PictureRow& row, std::vector<float>& shares) const;
 
   Surface surface_;

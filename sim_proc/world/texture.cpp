@@ -122,11 +122,11 @@ Texture::Texture(const std::vector<float>& values) {
 }
 
 Texture::Level Texture::level_for(float texels_per_pixel) const {
-  // halved until a texel is at most 1.4 pixels wide; the last level is the mean
-  const int wanted = texels_per_pixel > 1.4F ? std::ilogb(texels_per_pixel * 1.41F) : 0;
+  // halved as long as a texel stays within a pixel, more than half of it; the last level is the mean
+  const int wanted = texels_per_pixel >= 2 ? std::ilogb(texels_per_pixel) : 0;
   const int level = std::min(wanted, levels - 1), shift = levels - 1 - level;
   return {texels_[static_cast<size_t>(level)].data(), (1 << shift) - 1, shift,
-          1 / static_cast<float>(1 << level)};
+          1 / static_cast<float>(1 << level), texels_per_pixel < 1};
 }
 
 Textures draw_textures() {

@@ -22,13 +22,15 @@ class Texture {
     int mask;
     int shift;
     float scale;
+    bool magnified;  ///< a texel is larger than a pixel
 
-    /// Bilinear.
+    /// Bilinear where texels would be seen; else the texel itself.
     [[nodiscard]] float at(float x, float y) const {
       const float u = x * scale, v = y * scale;
       int i = static_cast<int>(u), j = static_cast<int>(v);
       i -= u < static_cast<float>(i);
       j -= v < static_cast<float>(j);
+      if (!magnified) return static_cast<float>(texels[((j & mask) << shift) + (i & mask)]) * (1.0F / 127);
       const float p = u - static_cast<float>(i), q = v - static_cast<float>(j);
       const int left = i & mask, right = (i + 1) & mask, above = (j & mask) << shift,
                 below = ((j + 1) & mask) << shift;

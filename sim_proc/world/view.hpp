@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -98,10 +99,21 @@ struct PictureRow {
   }
 };
 
-/// Share of a pixel that lies on the positive side of an edge at that signed distance. Linear over one pixel:
-/// its half lies on the edge, and its integral across the edge is that of the exact area.
+/// Share of a pixel that lies on the positive side of an edge at that signed distance, edge and pixel side
+/// parallel, or the pixel taken as round.
 inline float coverage_at(float distance_px) {
   return std::clamp(0.5F + distance_px, 0.0F, 1.0F);
+}
+
+/// The exact area of the pixel's square on the positive side of a straight edge. value: signed distance of
+/// its centre in any unit; (gu, gv): how that changes from pixel to pixel to the right and down.
+inline float coverage_of(float value, float gu, float gv) {
+  const float u = std::abs(gu), v = std::abs(gv), longer = std::max(u, v), shorter = std::min(u, v);
+  const float size = std::abs(value), corner = (longer + shorter) / 2, side = (longer - shorter) / 2;
+  if (size >= corner) return value > 0 ? 1.0F : 0.0F;
+  if (size <= side) return 0.5F + value / longer;
+  const float cut = (corner - size) * (corner - size) / (2 * longer * shorter);  // a triangle is missing
+  return value > 0 ? 1 - cut : cut;
 }
 
 }  // namespace stevedore::world

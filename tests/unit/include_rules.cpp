@@ -88,7 +88,7 @@ Part part_of(const std::string& path) {
   if (fs::path(file).stem().string().ends_with("_stage")) return Part::stage;
   if (room == "camera_proc" && file.starts_with("source")) return Part::device;
   if (path.starts_with("sim_proc/render_thread.")) return Part::device;
-  if (path == "sim_proc/world/workers.cpp") return Part::device;  // the same picture for any number of threads
+  if (path.starts_with("sim_proc/world/workers.")) return Part::device;  // the renderer's threads
   return Part::algorithm;
 }
 
@@ -234,6 +234,12 @@ TEST_CASE("the world is an algorithm: only the thread that draws it is none") {
   CHECK(breaks_a_rule("sim_proc/world/world.cpp", "#include \"gimbal_proc/gimbal.hpp\"\n"));
   CHECK(breaks_a_rule("sim_proc/sim_stage.cpp", "#include <chrono>\n"));
   CHECK(breaks_a_rule("mission_proc/main.cpp", "#include \"sim_proc/world/truth.hpp\"\n"));
+}
+
+TEST_CASE("of the world only its workers know threads") {
+  CHECK_FALSE(breaks_a_rule("sim_proc/world/workers.cpp", "#include <thread>\n#include <mutex>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/renderer.cpp", "#include <thread>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/workers.cpp", "#include \"runtime/bus.hpp\"\n"));
 }
 
 TEST_CASE("stages see messages, not their carrier") {
