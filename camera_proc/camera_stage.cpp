@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <exception>
 #include <vector>
 
 #include "runtime/time.hpp"
@@ -28,7 +27,7 @@ int8_t to_message(CameraStatus::State state) {
 
 CameraStage::CameraStage(const CameraSettings& settings, const std::optional<CameraModel>& camera,
                          std::string ring_name, Bus& bus)
-    : settings_(settings), ring_name_(std::move(ring_name)), bus_(bus), camera_(settings) {
+    : settings_(settings), bus_(bus), camera_(settings), output_(settings.frames, std::move(ring_name)) {
   if (camera) {
     model_ = camera;
     maps_ = make_rectify_maps(*camera);
@@ -87,28 +86,12 @@ void CameraStage::send(const CameraFrame& frame) {
   frame_t message{};
   message.header.utime = frame.capture_utime;
   message.header.frame_seq = frame_seq_++;
-  refusal_ = put_pixels(rectify(frame.pixels, maps_), message);
+  refusal_ = output_.put(rectify(frame.pixels, maps_), message);
   if (refusal_) {
     ++refused_;
     return;
   }
   bus_.publish(channels::frame, message);
-}
-
-std::optional<std::string> CameraStage::put_pixels(const cv::Mat& pixels, frame_t& message) {
-  try {
-    if (settings_.transport == "ring") {
-      if (!ring_) ring_.emplace(ring_name_, settings_.ring_slots, pixels.total() * pixels.elemSize());
-      ring_->write(pixels, message);
-      return std::nullopt;
-    }
-    if (settings_.transport == "jpeg") encode_jpeg(pixels, message, settings_.jpeg_quality);
-    if (settings_.transport == "png") encode_png(pixels, message);
-    if (settings_.transport == "raw") encode_raw(pixels, message);
-    return inline_refusal(static_cast<size_t>(message.getEncodedSize()));
-  } catch (const std::exception& error) {
-    return error.what();
-  }
 }
 
 }  // namespace stevedore

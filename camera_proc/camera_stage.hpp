@@ -8,7 +8,7 @@
 #include "geometry/rectify.hpp"
 #include "runtime/bus.hpp"
 #include "runtime/condition.hpp"
-#include "runtime/frame_codec.hpp"
+#include "runtime/frame_output.hpp"
 
 namespace stevedore {
 
@@ -23,20 +23,17 @@ class CameraStage {
 
  private:
   void send(const CameraFrame& frame);
-  /// Puts the pixels where the settings say; nothing, or why they can't be sent.
-  std::optional<std::string> put_pixels(const cv::Mat& pixels, frame_t& message);
 
   /// Unpaced files wait for the line: until the newest frame sent came out of the tracker, or for a second.
   [[nodiscard]] bool line_is_busy() const;
   [[nodiscard]] input_health_t source_health() const;
 
   const CameraSettings settings_;
-  const std::string ring_name_;
   Bus& bus_;
   Camera camera_;
   std::optional<CameraModel> model_;
   RectifyMaps maps_;
-  std::optional<FrameRing> ring_;
+  FrameOutput output_;
   int64_t frame_seq_ = 0;
   int64_t sent_utime_ = 0;              ///< of the newest frame, by this host's clock
   int64_t answered_seq_ = -1;           ///< frame_seq of the newest TRACKS

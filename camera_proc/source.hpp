@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/frame_output.hpp"
+
 namespace stevedore {
 
 struct CameraSettings {
@@ -21,9 +23,7 @@ struct CameraSettings {
   bool paced = true;
   int width_px = 0;
   int height_px = 0;
-  std::string transport = "ring";
-  int ring_slots = 16;
-  int jpeg_quality = 95;
+  FrameTransport frames;
   double retry_first_s = 0.2;
   double retry_limit_s = 5;
   double frozen_after_s = 2;
@@ -48,11 +48,7 @@ void describe(CameraSettings& s, Visitor& visit) {
         "at the latest), stamped rate_hz");
   visit("width_px", s.width_px, 0.0, 32767.0, "px", "width a device is asked for; 0: its own");
   visit("height_px", s.height_px, 0.0, 32767.0, "px", "height a device is asked for; 0: its own");
-  visit.choice("transport", s.transport, {"ring", "jpeg", "png", "raw"},
-               "how pixels travel to the consumers");
-  visit("ring_slots", s.ring_slots, 8.0, 1024.0, "frames",
-        "raise: slower consumers still find their frame, more shared memory");
-  visit("jpeg_quality", s.jpeg_quality, 1.0, 100.0, "%", "raise: sharper edges, larger messages");
+  describe(s.frames, visit);
   visit("retry_first_s", s.retry_first_s, 0.01, 60.0, "s",
         "wait before a lost source is opened again; doubles each time");
   visit("retry_limit_s", s.retry_limit_s, 0.01, 600.0, "s", "longest such wait");

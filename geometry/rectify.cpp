@@ -1,5 +1,6 @@
 #include "geometry/rectify.hpp"
 
+#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
@@ -103,28 +104,39 @@ std::optional<Eigen::Vector2d> undistort(const CameraModel& camera, const Eigen:
 
 std::optional<Ellipse> distort(const CameraModel& camera, const Ellipse& rectified) {
   if (camera.distortion == Distortion::none && same(camera.given, camera.rectified)) return rectified;
+  return bent(rectified, [&camera](const Eigen::Vector2d& px) { return distort(camera, px); });
+}
+
+std::optional<Ellipse> bent(const Ellipse& ellipse, const PixelMap& map) {
   constexpr int samples = 64;  // an outline the lens bends by pixels is smooth: 64 points carry all of it
-  const Eigen::Vector2d origin_px = distort(camera, Eigen::Vector2d(rectified.u_px, rectified.v_px));
-  // least squares of A x^2 + B xy + C y^2 + D x + E y = 1, which has the origin inside
-  Eigen::Matrix<double, samples, 5> rows;
+  std::vector<Eigen::Vector2d> points_px;
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();
   for (int i = 0; i < samples; ++i) {
-    const Eigen::Vector2d p =
-        (distort(camera, point_at(rectified, 2 * pi * i / samples)) - origin_px) / rectified.a_px;
+    const auto p = map(point_at(ellipse, 2 * pi * i / samples));
+    if (p) points_px.push_back(*p);
+    if (p) mean_px += *p;
+  }
+  if (points_px.size() < samples / 4) return std::nullopt;
+  const auto count = static_cast<Eigen::Index>(points_px.size());
+  mean_px /= static_cast<double>(count);
+  // least squares of A x^2 + B xy + C y^2 + D x + E y = 1 about the mean, which is inside the outline
+  Eigen::Matrix<double, Eigen::Dynamic, 5> rows(count, 5);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector2d p = (points_px[static_cast<size_t>(i)] - mean_px) / ellipse.a_px;
     rows.row(i) << p.x() * p.x(), p.x() * p.y(), p.y() * p.y(), p.x(), p.y();
   }
-  const Eigen::Matrix<double, 5, 1> k =
-      rows.colPivHouseholderQr().solve(Eigen::Matrix<double, samples, 1>::Ones());
+  const Eigen::Matrix<double, 5, 1> k = rows.colPivHouseholderQr().solve(Eigen::VectorXd::Ones(count));
   Eigen::Matrix3d conic;
   conic << k[0], k[1] / 2, k[3] / 2,  //
       k[1] / 2, k[2], k[4] / 2,       //
       k[3] / 2, k[4] / 2, -1;
-  auto given = ellipse_from_conic(conic);
-  if (!given) return std::nullopt;
-  given->u_px = given->u_px * rectified.a_px + origin_px.x();
-  given->v_px = given->v_px * rectified.a_px + origin_px.y();
-  given->a_px *= rectified.a_px;
-  given->b_px *= rectified.a_px;
-  return given;
+  auto fitted = ellipse_from_conic(conic);
+  if (!fitted) return std::nullopt;
+  fitted->u_px = fitted->u_px * ellipse.a_px + mean_px.x();
+  fitted->v_px = fitted->v_px * ellipse.a_px + mean_px.y();
+  fitted->a_px *= ellipse.a_px;
+  fitted->b_px *= ellipse.a_px;
+  return fitted;
 }
 
 }  // namespace stevedore

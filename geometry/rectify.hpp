@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -33,5 +34,12 @@ std::optional<Eigen::Vector2d> undistort(const CameraModel& camera, const Eigen:
 /// The ellipse of the image as given that fits the distorted outline best. Nothing where it is not an
 /// ellipse.
 std::optional<Ellipse> distort(const CameraModel& camera, const Ellipse& rectified);
+
+/// Pixel to pixel; nothing where it goes nowhere.
+using PixelMap = std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector2d&)>;
+
+/// The ellipse that fits an ellipse's outline best after a map has bent it a little. Points that the map
+/// takes nowhere are left out; nothing where fewer than a quarter remain or where the rest is not an ellipse.
+std::optional<Ellipse> bent(const Ellipse& ellipse, const PixelMap& map);
 
 }  // namespace stevedore

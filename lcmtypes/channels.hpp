@@ -52,6 +52,7 @@ inline constexpr Channel<vehicle_state_t>     vehicle_state{"VEHICLE_STATE", "au
 inline constexpr Channel<autopilot_status_t>  autopilot_status{"AUTOPILOT_STATUS", "autopilot or sim_proc", 2, 2.0, true};
 inline constexpr Channel<gimbal_command_t>    gimbal_command{"GIMBAL_COMMAND", "gimbal_proc", 50, 0.1, true};
 inline constexpr Channel<gimbal_state_t>      gimbal_state{"GIMBAL_STATE", "gimbal or sim_proc", 50, 0.2, true};
+inline constexpr Channel<gimbal_state_t>      gimbal_level{"GIMBAL_LEVEL", "gimbal_proc", 50, 0.2, true};
 inline constexpr Channel<altimeter_t>         altimeter{"ALTIMETER", "laser or sim_proc", 20, 0.5, true};
 inline constexpr Channel<hook_state_t>        hook_state{"HOOK_STATE", "hook or sim_proc", 10, 0.5, true};
 inline constexpr Channel<platform_state_t>    platform_state{"PLATFORM_STATE", "platforms or sim_proc", 2, 2.0, true};
@@ -62,8 +63,8 @@ inline constexpr Channel<truth_t>             truth{"TRUTH", "sim_proc", 30, 0, 
 
 inline constexpr auto all =
     std::make_tuple(frame, ellipses, tracks, poses, platform_estimate, mission, track_command,
-                    mission_command, vehicle_state, autopilot_status, gimbal_command, gimbal_state, altimeter,
-                    hook_state, platform_state, health, timeout, truth);
+                    mission_command, vehicle_state, autopilot_status, gimbal_command, gimbal_state,
+                    gimbal_level, altimeter, hook_state, platform_state, health, timeout, truth);
 
 }  // namespace channels
 

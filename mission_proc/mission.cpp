@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numbers>
 
 namespace stevedore {
 namespace {
@@ -33,6 +34,15 @@ std::string objection(const Mark& mark, const MissionSettings& settings) {
   return {};
 }
 
+/// Why the camera is not held level; empty: it is, or nobody knows.
+std::string unlevel_cause(const CameraHold& level, const MissionSettings& settings) {
+  if (level.gimbal == GimbalCondition::stuck) return "the pan-tilt does not follow its commands";
+  if (level.gimbal == GimbalCondition::late) return "the pan-tilt does not say how it stands";
+  if (level.off_level_rad.value_or(0) <= settings.off_level_deg * std::numbers::pi / 180) return {};
+  return fmt::format("the camera is more than {:.1f} deg off level{}", settings.off_level_deg,
+                     level.gimbal == GimbalCondition::at_limit ? ": the pan-tilt is at its limit" : "");
+}
+
 const Mark* find(const std::vector<Mark>& marks, int64_t track_id) {
   const auto found =
       std::find_if(marks.begin(), marks.end(), [&](const Mark& m) { return m.track_id == track_id; });
@@ -44,6 +54,7 @@ const Mark* find(const std::vector<Mark>& marks, int64_t track_id) {
 void Mission::start_clock(double time_s) {
   time_s_ = time_s;
   vision_time_s_ = mark_time_s_ = target_time_s_ = time_s;
+  level_time_s_ = unlevel_since_s_ = level_since_s_ = std::nullopt;
   decision_.phase_since_s = time_s;
   decision_.emergencies.clear();
 }
@@ -57,6 +68,30 @@ void Mission::tick(double time_s) {
   if (stale_s > settings_.stale_s && decision_.phase == Phase::approach) set_phase(Phase::search);
   set_emergency(Emergency::all_out_of_view, time_s_ - mark_time_s_ > settings_.out_of_view_s,
                 fmt::format("no circle or cargo seen for more than {:.1f} s", settings_.out_of_view_s));
+  if (level_time_s_ && time_s_ - *level_time_s_ > settings_.gimbal_silent_s) {
+    level_since_s_.reset();
+    set_emergency(Emergency::gimbal_not_level, true,
+                  fmt::format("no GIMBAL_LEVEL for more than {:.1f} s", settings_.gimbal_silent_s));
+  }
+}
+
+void Mission::hear(const CameraHold& level) {
+  tick(level.time_s);
+  level_time_s_ = level.time_s;
+  const std::string cause = unlevel_cause(level, settings_);
+  if (cause.empty()) {
+    unlevel_since_s_.reset();
+    if (!level_since_s_) level_since_s_ = level.time_s;
+    if (level.time_s - *level_since_s_ >= settings_.level_again_s)
+      set_emergency(Emergency::gimbal_not_level, false, "");
+    return;
+  }
+  level_since_s_.reset();
+  if (!unlevel_since_s_) unlevel_since_s_ = level.time_s;
+  const bool told_by_gimbal =
+      level.gimbal == GimbalCondition::stuck || level.gimbal == GimbalCondition::late;  // after its own delay
+  if (told_by_gimbal || level.time_s - *unlevel_since_s_ >= settings_.off_level_s)
+    set_emergency(Emergency::gimbal_not_level, true, cause);
 }
 
 void Mission::see(const View& view) {

@@ -20,6 +20,12 @@ struct MissionSettings {
   double out_of_view_s = 1.0;
   double stale_s = 0.5;
   double vehicle_silent_s = 0.5;
+  // Attitude is known to 0.7 deg, so that 3 deg are nothing yet; 9 deg off level, a circle of 0.5 m straight
+  // below is cut at a height of 1 m: it fills 26.6 deg of the paper's 35.5 deg to the edge of the image.
+  double off_level_deg = 6;
+  double off_level_s = 0.5;    // a gust's swing is over by then
+  double level_again_s = 1.0;  // two swings without a fault
+  double gimbal_silent_s = 0.5;
 };
 
 template <class Visitor>
@@ -35,6 +41,15 @@ void describe(MissionSettings& s, Visitor& visit) {
   visit("stale_s", s.stale_s, 0.05, 60.0, "s", "age of the newest POSES at which vision counts as stale");
   visit("vehicle_silent_s", s.vehicle_silent_s, 0.05, 60.0, "s",
         "silence of VEHICLE_STATE that is told by TIMEOUT");
+  visit(
+      "off_level_deg", s.off_level_deg, 0.1, 90.0, "deg",
+      "angle between optical axis and gravity from which the camera is not level; raise: more is tolerated");
+  visit("off_level_s", s.off_level_s, 0.0, 60.0, "s",
+        "how long the camera must be off level before it is an emergency");
+  visit("level_again_s", s.level_again_s, 0.0, 60.0, "s",
+        "how long it must be level, and its gimbal well, before the emergency is over");
+  visit("gimbal_silent_s", s.gimbal_silent_s, 0.05, 60.0, "s",
+        "silence of GIMBAL_LEVEL, once it was heard, that is an emergency");
 }
 
 /// A mark as the mission sees it, one of a frame's POSES.
@@ -59,6 +74,15 @@ struct View {
   TargetStatus target_status = TargetStatus::searching;
 };
 
+enum class GimbalCondition { ok, at_limit, stuck, late };
+
+/// How the camera is held.
+struct CameraHold {
+  double time_s = 0;
+  std::optional<double> off_level_rad;  ///< optical axis against gravity; nothing: not known
+  GimbalCondition gimbal = GimbalCondition::ok;
+};
+
 struct Candidate {
   Mark mark;
   bool eligible = false;
@@ -68,7 +92,7 @@ struct Candidate {
   std::string reason;
 };
 
-enum class Emergency { all_out_of_view, target_lost, vision_stale };
+enum class Emergency { all_out_of_view, target_lost, vision_stale, gimbal_not_level };
 
 struct RaisedEmergency {
   Emergency kind;
@@ -100,6 +124,8 @@ class Mission {
 
   /// A new frame's marks.
   void see(const View& view);
+  /// How level the camera is.
+  void hear(const CameraHold& level);
   /// Time goes on, whether vision does or not: the newest message's time.
   void tick(double time_s);
 
@@ -121,9 +147,12 @@ class Mission {
   const MissionSettings settings_;
   Decision decision_;
   double time_s_ = 0;
-  std::optional<double> vision_time_s_;  ///< of the newest view, or of the first message
-  double mark_time_s_ = 0;               ///< a circle or cargo was measured, or the first message
-  double target_time_s_ = 0;             ///< the target was measured, or wanted
+  std::optional<double> vision_time_s_;    ///< of the newest view, or of the first message
+  double mark_time_s_ = 0;                 ///< a circle or cargo was measured, or the first message
+  double target_time_s_ = 0;               ///< the target was measured, or wanted
+  std::optional<double> level_time_s_;     ///< of the newest CameraHold
+  std::optional<double> unlevel_since_s_;  ///< the camera is off level, or its gimbal is not well
+  std::optional<double> level_since_s_;    ///< neither
   int64_t last_choice_ = 0;
   std::optional<int64_t> operators_choice_;  ///< not yet in view
 };

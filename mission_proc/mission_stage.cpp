@@ -78,13 +78,38 @@ int16_t to_message(Emergency kind) {
       return emergency_t::KIND_TARGET_LOST;
     case Emergency::vision_stale:
       return emergency_t::KIND_VISION_STALE;
+    case Emergency::gimbal_not_level:
+      return emergency_t::KIND_GIMBAL_NOT_LEVEL;
   }
   return emergency_t::KIND_VISION_STALE;
 }
 
-/// Vision that is gone is got back from higher up; a target alone is looked for where the aircraft is.
+GimbalCondition condition_of(int8_t status) {
+  switch (status) {
+    case gimbal_state_t::STATUS_AT_LIMIT:
+      return GimbalCondition::at_limit;
+    case gimbal_state_t::STATUS_STUCK:
+      return GimbalCondition::stuck;
+    case gimbal_state_t::STATUS_LATE:
+      return GimbalCondition::late;
+    default:
+      return GimbalCondition::ok;
+  }
+}
+
+CameraHold to_level(const gimbal_state_t& message) {
+  CameraHold level;
+  level.time_s = static_cast<double>(message.header.utime) * 1e-6;
+  if (message.off_level_rad >= 0) level.off_level_rad = message.off_level_rad;
+  level.gimbal = condition_of(message.status);
+  return level;
+}
+
+/// Vision that is gone is got back from higher up; a target alone is looked for where the aircraft is; and an
+/// aircraft that hovers is level itself, and with it a camera whose pan-tilt is stuck.
 int8_t advised_action(Emergency kind) {
-  return kind == Emergency::target_lost ? mission_t::ACTION_HOVER : mission_t::ACTION_CLIMB;
+  const bool hover = kind == Emergency::target_lost || kind == Emergency::gimbal_not_level;
+  return hover ? mission_t::ACTION_HOVER : mission_t::ACTION_CLIMB;
 }
 
 candidate_t to_message(const Candidate& candidate) {
@@ -124,6 +149,8 @@ MissionStage::MissionStage(const MissionSettings& settings, Bus& bus) : bus_(bus
   bus_.subscribe<poses_t>(channels::poses, [this](const poses_t& m) { on_poses(m); });
   bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
                                   [this](const vehicle_state_t& m) { on_clock(m.header); });
+  bus_.subscribe<gimbal_state_t>(channels::gimbal_level,
+                                 [this](const gimbal_state_t& m) { on_gimbal_level(m); });
   bus_.subscribe<timeout_t>(channels::timeout, [this](const timeout_t& m) { on_clock(m.header); });
   bus_.subscribe<mission_command_t>(channels::mission_command,
                                     [this](const mission_command_t& m) { on_command(m); });
@@ -137,12 +164,21 @@ void MissionStage::on_poses(const poses_t& poses) {
 
 void MissionStage::on_clock(const header_t& header) {
   mission_.tick(static_cast<double>(header.utime) * 1e-6);
+  publish_changes(header.utime);
+}
+
+void MissionStage::on_gimbal_level(const gimbal_state_t& level) {
+  mission_.hear(to_level(level));
+  publish_changes(level.header.utime);
+}
+
+void MissionStage::publish_changes(int64_t utime) {
   std::vector<Emergency> raised;
   for (const auto& emergency : mission_.decision().emergencies) raised.push_back(emergency.kind);
-  const bool repeat = !raised.empty() && header.utime - mission_utime_ >= repeat_us;
+  const bool repeat = !raised.empty() && utime - mission_utime_ >= repeat_us;
   if (raised == told_ && !repeat) return;
   header_t cause{};
-  cause.utime = header.utime;
+  cause.utime = utime;
   cause.frame_seq = -1;
   publish_mission(cause, nullptr);
 }

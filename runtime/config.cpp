@@ -58,12 +58,19 @@ void SettingsReader::operator()(const char* key, double& value, double lowest, d
 }
 
 void SettingsReader::operator()(const char* key, int& value, double lowest, double highest, const char* unit,
-                                const char* /*effect*/) {
+                                const char* effect) {
+  std::int64_t whole = value;
+  (*this)(key, whole, lowest, highest, unit, effect);
+  value = static_cast<int>(whole);
+}
+
+void SettingsReader::operator()(const char* key, std::int64_t& value, double lowest, double highest,
+                                const char* unit, const char* /*effect*/) {
   const YAML::Node node = take(key);
   if (!node) return;
   const double read = number(node, key, lowest, highest, unit);
   if (read != std::floor(read)) fail(node, key, fmt::format("{} is not a whole number", node.Scalar()));
-  value = static_cast<int>(read);
+  value = static_cast<std::int64_t>(read);
 }
 
 void SettingsReader::operator()(const char* key, bool& value, const char* /*effect*/) {

@@ -12,6 +12,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cstdint>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
@@ -34,6 +35,9 @@ class SettingsReader {
   void operator()(const char* key, double& value, double lowest, double highest, const char* unit,
                   const char* effect);
   void operator()(const char* key, int& value, double lowest, double highest, const char* unit,
+                  const char* effect);
+  /// Whole numbers beyond an int's: exact up to 2^53.
+  void operator()(const char* key, std::int64_t& value, double lowest, double highest, const char* unit,
                   const char* effect);
   void operator()(const char* key, bool& value, const char* effect);
   void operator()(const char* key, std::string& value, const char* effect);

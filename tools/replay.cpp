@@ -40,7 +40,7 @@ void declare(CLI::App& app, Options& o) {
                  "only these processes, by name; the others' messages come from the log")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"detector_proc", "tracker_proc", "pose_proc", "mission_proc"}));
+      ->check(CLI::IsMember(replayable_processes()));
   auto* flown = app.add_flag(
       "--as-flown", o.as_flown,
       "exactly the inputs each stage had in flight, and their answers compared: to the bit, or within stated "

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "detector_proc/detector_stage.hpp"
+#include "gimbal_proc/gimbal_stage.hpp"
 #include "mission_proc/mission_stage.hpp"
 #include "pose_proc/pose_stage.hpp"
 #include "runtime/camera_file.hpp"
@@ -24,6 +25,7 @@ namespace {
 struct StageKind {
   const char* process;
   std::vector<std::string> outputs;
+  bool in_the_line;  ///< replayed though the log knows nothing of it; any other only where it flew
   std::function<std::shared_ptr<void>(const Config&, Bus&, FrameReader&)> make;
 };
 
@@ -31,24 +33,36 @@ const std::vector<StageKind>& stage_kinds() {
   static const std::vector<StageKind> kinds = {
       {"detector_proc",
        {channels::ellipses.name},
+       true,
        [](const Config& config, Bus& bus, FrameReader& frames) {
          return std::make_shared<DetectorStage>(config.section<DetectorSettings>("detector"), bus, frames,
                                                 Delivery::every);
        }},
       {"tracker_proc",
        {channels::tracks.name},
+       true,
        [](const Config& config, Bus& bus, FrameReader& frames) {
          return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), bus, frames);
        }},
       {"pose_proc",
        {channels::poses.name},
+       true,
        [](const Config& config, Bus& bus, FrameReader&) {
          return std::make_shared<PoseStage>(config.section<PoseSettings>("pose"), camera_of(config), bus);
        }},
       {"mission_proc",
        {channels::mission.name, channels::track_command.name},
+       true,
        [](const Config& config, Bus& bus, FrameReader&) {
          return std::make_shared<MissionStage>(config.section<MissionSettings>("mission"), bus);
+       }},
+      {"gimbal_proc",
+       {channels::gimbal_command.name, channels::gimbal_level.name},
+       false,
+       [](const Config& config, Bus& bus, FrameReader&) {
+         const auto camera = camera_of(config);
+         return std::make_shared<GimbalStage>(config.section<GimbalSettings>("gimbal"),
+                                              camera ? camera->mount : CameraMount{}, bus);
        }},
   };
   return kinds;
@@ -184,7 +198,7 @@ class Replay {
   Replay(const std::string& log, const ReplayOptions& options, const EventSink& write)
       : options_(options), write_(write), index_(log) {
     for (const StageKind& kind : stage_kinds()) {
-      if (!options_.stages.contains(kind.process)) continue;
+      if (!is_asked(kind)) continue;
       kinds_.push_back(&kind);
       for (const auto& channel : kind.outputs) producer_[channel] = &kind;
     }
@@ -238,6 +252,11 @@ class Replay {
     std::map<std::pair<std::string, int64_t>, int64_t>
         delivered_seq;  ///< by channel and publisher's run in flight
   };
+
+  [[nodiscard]] bool is_asked(const StageKind& kind) const {
+    if (!options_.stages.empty()) return options_.stages.contains(kind.process);
+    return kind.in_the_line || index_.runs().contains(kind.process);
+  }
 
   /// The process' run of that id in the flight; made when it is first asked for.
   Running& running(const StageKind& kind, int64_t flight_run_id) {
@@ -416,6 +435,12 @@ class Replay {
 };
 
 }  // namespace
+
+std::vector<std::string> replayable_processes() {
+  std::vector<std::string> names;
+  for (const StageKind& kind : stage_kinds()) names.emplace_back(kind.process);
+  return names;
+}
 
 bool ReplayResult::as_flown() const {
   const bool compared = std::all_of(asked.begin(), asked.end(), [this](const std::string& channel) {

@@ -24,7 +24,8 @@ enum class ReplayMode { as_flown, every_frame };
 
 struct ReplayOptions {
   ReplayMode mode = ReplayMode::every_frame;
-  std::set<std::string> stages = {"detector_proc", "tracker_proc", "pose_proc", "mission_proc"};
+  /// Processes by name; empty: the line from detector_proc to mission_proc, and gimbal_proc where it flew.
+  std::set<std::string> stages;
   Config config;
   std::string config_text;  ///< what config was read from; goes into run_id
 };
@@ -38,6 +39,9 @@ struct ChannelComparison {
   int64_t only_logged = 0;
   int64_t only_replayed = 0;
 };
+
+/// Names of the processes that can be replayed.
+std::vector<std::string> replayable_processes();
 
 struct ReplayResult {
   std::map<std::string, ChannelComparison> channels;

@@ -36,7 +36,8 @@ int run(int argc, char** argv) {
       "lost: numbers missing, messages damaged, frames gone from the ring before they were read.\n"
       "skipped: passed over by choice because a newer frame was there. kernel drops show up as lost too.\n"
       "A stage's latency runs from the publishing of what it answers to its own publishing; the\n"
-      "camera's from capture.");
+      "camera's from capture. cpu %: of one core, mean over the run. Processes that no frame goes through\n"
+      "stand below the line, with the messages that they received and sent.");
   stevedore::parse_command_line(app, argc, argv,
                                 "1 if the log is damaged or nothing of this system is in it");
 

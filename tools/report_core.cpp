@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <unordered_map>
 
 namespace stevedore {
@@ -59,6 +60,12 @@ const HealthBook::Runs& HealthBook::runs_of(const std::string& process) const {
   return found == processes_.end() ? none : found->second;
 }
 
+std::array<StageLine, 5> stage_lines_of(const HealthBook& health) {
+  auto lines = stage_lines;
+  if (!health.runs_of("sim_proc").empty()) lines.front().process = "sim_proc";
+  return lines;
+}
+
 template <class M>
 void LogSummary::add_output(const LogEvent& event, const Channel<M>& channel) {
   const auto message = decode(event, channel);
@@ -84,10 +91,34 @@ void LogSummary::add(const LogEvent& event) {
   if (event.channel == channels::mission.name) return add_output(event, channels::mission);
   if (event.channel != channels::health.name) return;
   if (const auto health = decode(event, channels::health)) {
-    health_.add(*health);
+    add_health(*health);
   } else {
     ++unreadable_;
   }
+}
+
+void LogSummary::add_health(const health_t& health) {
+  health_.add(health);
+  const bool has_a_second_behind_it = health.header.seq > 0;
+  if (has_a_second_behind_it) cpu_shares_[health.process].push_back(health.cpu_share);
+}
+
+std::optional<double> LogSummary::cpu_share_of(const std::string& process) const {
+  const auto shares = cpu_shares_.find(process);
+  if (shares == cpu_shares_.end()) return std::nullopt;
+  return std::accumulate(shares->second.begin(), shares->second.end(), 0.0) /
+         static_cast<double>(shares->second.size());
+}
+
+/// frame_seq counts what the camera owes, seq what it published; both from 0 in every run.
+int64_t LogSummary::camera_drops() const {
+  std::map<int64_t, int64_t> drops_by_run;
+  for (const Output& frame : outputs_on(channels::frame.name)) {
+    drops_by_run[frame.run_id] = std::max(drops_by_run[frame.run_id], frame.frame_seq - frame.seq);
+  }
+  int64_t drops = 0;
+  for (const auto& [run_id, of_run] : drops_by_run) drops += of_run;
+  return drops;
 }
 
 const LogSummary::Outputs& LogSummary::outputs_on(const std::string& channel) const {
@@ -119,6 +150,7 @@ StageReport LogSummary::stage_report(const StageLine& line) const {
   StageReport stage{};
   stage.process = line.process;
   stage.latency = stage_latency(line);
+  stage.cpu_share = cpu_share_of(line.process);
   const Outputs& outputs = outputs_on(line.output);
   const HealthBook::Runs& runs = health_.runs_of(line.process);
 
@@ -160,6 +192,27 @@ StageReport LogSummary::stage_report(const StageLine& line) const {
   return stage;
 }
 
+StageReport LogSummary::beside_report(const std::string& process) const {
+  StageReport beside{};
+  beside.process = process;
+  beside.cpu_share = cpu_share_of(process);
+  const HealthBook::Runs& runs = health_.runs_of(process);
+  beside.restarts = static_cast<int64_t>(runs.size()) - 1;
+  beside.lost = beside.skipped = beside.kernel_drops = 0;
+  for (const auto& [run_id, health] : runs) {
+    *beside.kernel_drops += health.kernel_drops;
+    for (const auto& input : health.inputs) {
+      beside.in += input.received;
+      *beside.lost += lost_of(input);
+      *beside.skipped += input.skipped;
+    }
+    for (const auto& output : health.outputs) {
+      if (output.channel != channels::health.name) beside.out += output.published;
+    }
+  }
+  return beside;
+}
+
 Report LogSummary::report() const {
   Report report;
   report.duration_s = static_cast<double>(last_utime_ - first_utime_.value_or(last_utime_)) * 1e-6;
@@ -182,7 +235,7 @@ Report LogSummary::report() const {
   report.latency = percentiles_of(std::move(latencies_us));
   report.tracked = static_cast<int64_t>(tracked_utimes_.size());
   int64_t missed = 0;
-  for (const StageLine& line : stage_lines) {
+  for (const StageLine& line : stage_lines_of(health_)) {
     report.stages.push_back(stage_report(line));
     missed += report.stages.back().missed;
     report.frames_lost += report.stages.back().lost.value_or(0);
@@ -192,6 +245,15 @@ Report LogSummary::report() const {
   report.unexplained = std::max<int64_t>(0, report.frames - report.answered - missed);
   for (const auto& [channel, outputs] : outputs_) report.missing_in_log += missing(outputs);
   report.unreadable = unreadable_;
+  report.camera_drops = camera_drops();
+  for (const auto& [process, runs] : health_.processes()) {
+    const bool in_line = std::any_of(report.stages.begin(), report.stages.end(),
+                                     [&](const StageReport& stage) { return stage.process == process; });
+    if (!in_line) report.beside.push_back(beside_report(process));
+    for (const auto& [run_id, health] : runs) {
+      for (const auto& input : health.inputs) report.messages_lost += lost_of(input);
+    }
+  }
   return report;
 }
 
@@ -214,11 +276,15 @@ std::string to_text(double latency_ms) {
   return fmt::format("{:.1f}", latency_ms);
 }
 
+/// Widths of the table's columns: process, in, out, lost, skipped, kernel drops, restarts, p50, p99, cpu.
+constexpr const char* row_format = "{:<14}{:>8}{:>8}{:>7}{:>9}{:>14}{:>10}{:>9}{:>9}{:>7}\n";
+
 std::string row(const StageReport& stage) {
-  return fmt::format("{:<14}{:>9}{:>9}{:>9}{:>9}{:>13}{:>10}{:>11}{:>11}\n", stage.process, stage.in,
-                     stage.out, to_text(stage.lost), to_text(stage.skipped), to_text(stage.kernel_drops),
-                     stage.restarts, stage.latency ? to_text(stage.latency->p50_ms) : "-",
-                     stage.latency ? to_text(stage.latency->p99_ms) : "-");
+  return fmt::format(fmt::runtime(row_format), stage.process, stage.in, stage.out, to_text(stage.lost),
+                     to_text(stage.skipped), to_text(stage.kernel_drops), stage.restarts,
+                     stage.latency ? to_text(stage.latency->p50_ms) : "-",
+                     stage.latency ? to_text(stage.latency->p99_ms) : "-",
+                     stage.cpu_share ? fmt::format("{:.0f}", 100 * *stage.cpu_share) : "?");
 }
 
 /// What keeps the figures from being the whole truth.
@@ -239,6 +305,10 @@ std::string remarks(const Report& report) {
     text += fmt::format("{} images could not be read or sent: {} says which in its log.\n", *camera.lost,
                         camera.process);
   }
+  if (report.messages_lost > report.frames_lost) {
+    text += fmt::format("{} messages that carry no frame were lost.\n",
+                        report.messages_lost - report.frames_lost);
+  }
   if (report.missing_in_log > 0) {
     text += fmt::format("{} messages of the line were published but are not in the log.\n",
                         report.missing_in_log);
@@ -253,7 +323,7 @@ std::string remarks(const Report& report) {
 }  // namespace
 
 nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
-  nlohmann::ordered_json stages;
+  nlohmann::ordered_json stages, cpu_share;
   for (const StageReport& stage : report.stages) {
     stages[stage.process] = {{"in", stage.in},
                              {"out", stage.out},
@@ -263,26 +333,39 @@ nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
                              {"restarts", stage.restarts},
                              {"latency_ms", to_json(stage.latency)}};
   }
+  for (const auto* processes : {&report.stages, &report.beside}) {
+    for (const StageReport& process : *processes) {
+      if (process.cpu_share) cpu_share[process.process] = *process.cpu_share;
+    }
+  }
   return {{"log", log},
           {"duration_s", report.duration_s},
           {"frames", report.frames},
           {"frames_lost", report.frames_lost},
           {"frames_skipped", report.frames_skipped},
+          {"camera_drops", report.camera_drops},
+          {"messages_lost", report.messages_lost},
           {"tracked", report.tracked},
           {"answered", report.answered},
           {"latency_ms", to_json(report.latency)},
           {"stages", stages},
+          {"cpu_share", cpu_share},
           {"missing_in_log", report.missing_in_log},
           {"unreadable", report.unreadable}};
 }
 
 std::string to_text(const Report& report) {
-  std::string text = fmt::format("{:<14}{:>9}{:>9}{:>9}{:>9}{:>13}{:>10}{:>11}{:>11}\n", "", "in", "out",
-                                 "lost", "skipped", "kernel drops", "restarts", "p50 ms", "p99 ms");
+  std::string text = fmt::format(fmt::runtime(row_format), "", "in", "out", "lost", "skipped", "kernel drops",
+                                 "restarts", "p50 ms", "p99 ms", "cpu %");
   for (const StageReport& stage : report.stages) text += row(stage);
+  for (const StageReport& stage : report.beside) text += row(stage);
   text += fmt::format("\n{} frames in {:.1f} s: {} answered by MISSION, {} tracked, {} lost, {} skipped.\n",
                       report.frames, report.duration_s, report.answered, report.tracked, report.frames_lost,
                       report.frames_skipped);
+  if (report.camera_drops > 0) {
+    text += fmt::format("{} camera drops: frames that the camera owed and did not deliver.\n",
+                        report.camera_drops);
+  }
   if (report.latency) {
     text += fmt::format("Capture to MISSION: {} ms (p50), {} ms (p99).\n", to_text(report.latency->p50_ms),
                         to_text(report.latency->p99_ms));

@@ -32,7 +32,8 @@ struct StageLine {
   const char* output;
 };
 
-/// In the line's order: each one's input is the output of the one before.
+/// In the line's order: each one's input is the output of the one before. sim_proc may stand in for
+/// camera_proc.
 inline constexpr std::array<StageLine, 5> stage_lines{{
     {"camera_proc", "", source_channel, channels::frame.name},
     {"detector_proc", channels::frame.name, "", channels::ellipses.name},
@@ -58,10 +59,18 @@ class HealthBook {
   std::map<std::string, Runs> processes_;
 };
 
+/// What a process publishes FRAME as: one of the two is in a run.
+inline bool is_camera(const std::string& process) {
+  return process == "camera_proc" || process == "sim_proc";
+}
+
+/// The line of a run, the camera being the process that was heard.
+std::array<StageLine, 5> stage_lines_of(const HealthBook& health);
+
 struct StageReport {
   std::string process;
-  int64_t in = 0;   ///< frames that reached it
-  int64_t out = 0;  ///< frames that it answered
+  int64_t in = 0;   ///< frames that reached it; of a process beside the line: messages
+  int64_t out = 0;  ///< frames that it answered; of a process beside the line: messages that it published
   /// Nothing: no HEALTH of it in the log.
   std::optional<int64_t> lost;
   std::optional<int64_t> skipped;
@@ -70,6 +79,7 @@ struct StageReport {
   int64_t restarts = 0;
   /// Publish stamp minus that of the message it answers; the camera's: minus capture. So they add up.
   std::optional<Percentiles> latency;
+  std::optional<double> cpu_share;  ///< of one core, mean over the run; nothing: not told
 };
 
 struct Report {
@@ -79,8 +89,11 @@ struct Report {
   int64_t tracked = 0;    ///< of them, those with the target measured
   int64_t frames_lost = 0;
   int64_t frames_skipped = 0;
+  int64_t camera_drops = 0;            ///< frames that the camera owed and did not deliver
+  int64_t messages_lost = 0;           ///< of every input of every process
   std::optional<Percentiles> latency;  ///< capture to MISSION
   std::vector<StageReport> stages;     ///< in the line's order
+  std::vector<StageReport> beside;     ///< processes that no frame goes through
   int64_t unexplained = 0;             ///< unanswered though no process counted them
   int64_t missing_in_log = 0;          ///< messages of the line that were published but not logged
   int64_t unreadable = 0;              ///< messages on this system's channels that are not of its types
@@ -100,7 +113,11 @@ class LogSummary {
 
   template <class M>
   void add_output(const LogEvent& event, const Channel<M>& channel);
+  void add_health(const health_t& health);
   [[nodiscard]] StageReport stage_report(const StageLine& line) const;
+  [[nodiscard]] StageReport beside_report(const std::string& process) const;
+  [[nodiscard]] int64_t camera_drops() const;
+  [[nodiscard]] std::optional<double> cpu_share_of(const std::string& process) const;
   [[nodiscard]] const Outputs& outputs_on(const std::string& channel) const;
   [[nodiscard]] std::optional<Percentiles> stage_latency(const StageLine& line) const;
 
@@ -109,6 +126,7 @@ class LogSummary {
   std::map<std::string, Outputs> outputs_;  ///< by channel
   std::set<int64_t> tracked_utimes_;
   HealthBook health_;
+  std::map<std::string, std::vector<double>> cpu_shares_;  ///< by process, of each HEALTH
   int64_t unreadable_ = 0;
 };
 

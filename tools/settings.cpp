@@ -8,9 +8,11 @@
 
 #include "camera_proc/source.hpp"
 #include "detector_proc/detector_settings.hpp"
+#include "gimbal_proc/gimbal.hpp"
 #include "mission_proc/mission.hpp"
 #include "pose_proc/pose_settings.hpp"
 #include "runtime/process.hpp"
+#include "sim_proc/sim_stage.hpp"
 #include "tools/record_settings.hpp"
 #include "tracker_proc/tracker.hpp"
 
@@ -78,6 +80,8 @@ int run(int argc, char** argv) {
   print<stevedore::PoseSettings>("pose");
   print<stevedore::MissionSettings>("mission");
   print<stevedore::RecordSettings>("record");
+  print<stevedore::GimbalSettings>("gimbal");
+  print<stevedore::SimSettings>("sim");
   return 0;
 }
 

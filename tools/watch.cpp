@@ -25,6 +25,7 @@ void show(ProgressLine& progress, WatchView& view, int64_t now) {
 
 void subscribe(LcmBus& bus, WatchView& view) {
   bus.subscribe<health_t>(channels::health, [&](const health_t& m) { view.on_health(m, bus.now_utime()); });
+  bus.subscribe<frame_t>(channels::frame, [&](const frame_t& m) { view.on_frame(m.header); });
   bus.subscribe<ellipses_t>(channels::ellipses,
                             [&](const ellipses_t& m) { view.on_ellipses(m, bus.now_utime()); });
   bus.subscribe<tracks_t>(channels::tracks, [&](const tracks_t& m) { view.on_tracks(m, bus.now_utime()); });
@@ -73,7 +74,8 @@ int run(int argc, char** argv) {
   app.footer(
       "The line: elapsed time, frames in/out, frames a second, frames with the target measured, status and\n"
       "number of the target, phase of the mission, latency from capture to MISSION (p50/p99 of the last\n"
-      "second), lost and skipped messages of all processes, emergencies.\n"
+      "second), lost and skipped messages of all processes, frames that the camera did not deliver,\n"
+      "emergencies.\n"
       "Exit status: 0 worked off, 1 nothing came for too long, 130 stopped by a signal.");
   try {
     app.parse(argc, argv);

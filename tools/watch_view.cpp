@@ -10,8 +10,6 @@
 namespace stevedore {
 namespace {
 
-const std::string camera = stage_lines.front().process;
-
 /// After the camera's end: many times the line's latency.
 constexpr double drain_s = 2;
 
@@ -42,12 +40,17 @@ void WatchView::on_health(const health_t& health, int64_t now) {
     news_.push_back(fmt::format("{} {}", health.process, needs_telling ? condition : "is well again"));
     told = condition;
   }
-  if (health.process != camera) return;
+  if (!is_camera(health.process)) return;
   if (camera_run_id_ != health.header.trace.run_id) newest_answered_seq_ = -1;
   camera_run_id_ = health.header.trace.run_id;
   camera_finished_ = health.state == health_t::STATE_FINISHED;
   camera_message_ = health.message;
   published_ = published_by(health, channels::frame.name);
+}
+
+void WatchView::on_frame(const header_t& frame) {
+  int64_t& drops = camera_drops_[frame.trace.run_id];
+  drops = std::max(drops, frame.frame_seq - frame.seq);
 }
 
 void WatchView::on_ellipses(const ellipses_t&, int64_t now) {
@@ -85,7 +88,9 @@ double WatchView::silent_s(int64_t now) const {
 
 bool WatchView::worked_off(int64_t now) const {
   if (!camera_finished_ || frames_out_ == 0) return false;
-  return newest_answered_seq_ + 1 >= published_ || silent_s(now) >= drain_s;
+  const auto drops = camera_drops_.find(camera_run_id_);
+  const int64_t owed = published_ + (drops == camera_drops_.end() ? 0 : drops->second);
+  return newest_answered_seq_ + 1 >= owed || silent_s(now) >= drain_s;
 }
 
 bool WatchView::ended_without_frames() const {
@@ -94,17 +99,19 @@ bool WatchView::ended_without_frames() const {
 
 std::string WatchView::silence(int64_t now) const {
   std::string processes;
-  for (const StageLine& line : stage_lines) {
+  const auto lines = stage_lines_of(health_);
+  for (const StageLine& line : lines) {
     const auto heard = heard_utime_.find(line.process);
     if (heard != heard_utime_.end() && seconds(now - heard->second) <= channels::health.max_age_s) continue;
     processes += fmt::format("{}{}", processes.empty() ? "" : ", ", line.process);
   }
   if (!processes.empty()) return fmt::format("No HEALTH from {}.", processes);
-  if (frames_in() == 0) return fmt::format("Every process is there, but {} published no FRAME.", camera);
-  for (const StageLine& line : stage_lines) {
+  if (frames_in() == 0)
+    return fmt::format("Every process is there, but {} published no FRAME.", lines.front().process);
+  for (const StageLine& line : lines) {
     const auto heard = output_utime_.find(line.output);
     const double last = seconds(now - (heard == output_utime_.end() ? start_utime_ : heard->second));
-    if (line.process == camera || last < silent_s(now)) continue;
+    if (is_camera(line.process) || last < silent_s(now)) continue;
     return fmt::format("Every process is there, but no {} comes from {}.", line.output, line.process);
   }
   return "Every process is there.";
@@ -112,7 +119,7 @@ std::string WatchView::silence(int64_t now) const {
 
 int64_t WatchView::frames_in() const {
   int64_t published = 0;
-  for (const auto& [run_id, health] : health_.runs_of(camera)) {
+  for (const auto& [run_id, health] : health_.runs_of(stage_lines_of(health_).front().process)) {
     published += published_by(health, channels::frame.name);
   }
   return std::max(published, frames_out_);  // HEALTH comes once a second
@@ -128,13 +135,16 @@ std::string WatchView::line(int64_t now) {
       }
     }
   }
+  int64_t drops = 0;
+  for (const auto& [run_id, of_run] : camera_drops_) drops += of_run;
   const double elapsed_s = seconds(now - std::exchange(line_utime_, now));
   const double rate_hz = elapsed_s > 0 ? static_cast<double>(latencies_us_.size()) / elapsed_s : 0;
   const auto latency = percentiles_of(std::exchange(latencies_us_, {}));
-  return fmt::format("{:4.0f} s  frames {}/{}  {:.1f}/s  tracked {}  {}  {}  {} ms  lost {}  skipped {}{}",
+  return fmt::format("{:4.0f} s  frames {}/{}  {:.1f}/s  tracked {}  {}  {}  {} ms  lost {}  skipped {}{}{}",
                      seconds(now - start_utime_), frames_in(), frames_out_, rate_hz, tracked_, target_,
                      phase_, latency ? fmt::format("{:.0f}/{:.0f}", latency->p50_ms, latency->p99_ms) : "-",
-                     lost, skipped, emergencies_.empty() ? "" : "  ! " + emergencies_);
+                     lost, skipped, drops > 0 ? fmt::format("  camera drops {}", drops) : "",
+                     emergencies_.empty() ? "" : "  ! " + emergencies_);
 }
 
 std::vector<std::string> WatchView::take_news() {

@@ -15,6 +15,7 @@ class WatchView {
   explicit WatchView(int64_t start_utime);
 
   void on_health(const health_t& health, int64_t now);
+  void on_frame(const header_t& frame);
   void on_ellipses(const ellipses_t& ellipses, int64_t now);
   void on_tracks(const tracks_t& tracks, int64_t now);
   void on_poses(const poses_t& poses, int64_t now);
@@ -50,7 +51,8 @@ class WatchView {
   int64_t newest_answered_seq_ = -1;  ///< of this run of the camera
   bool camera_finished_ = false;
   std::string camera_message_;
-  int64_t published_ = 0;  ///< by this run of the camera
+  int64_t published_ = 0;                    ///< by this run of the camera
+  std::map<int64_t, int64_t> camera_drops_;  ///< by run of the camera
 
   int64_t frames_out_ = 0;
   int64_t tracked_ = 0;

@@ -5,9 +5,12 @@
 //   probe targets LOG PATTERN      the target of each TRACKS as locate --track prints it; PATTERN: an image's
 //   name, e.g.
 //                                  mire-2/image.0000.pgm, counted from 1
+//   probe world LOG                of a flight in the world: how level the camera was, ellipses against TRUTH
 //   probe garbage SECONDS          random bytes on every channel
 #include <signal.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -145,6 +148,54 @@ int send_garbage(double seconds) {
   return 0;
 }
 
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return -1;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+/// Of a flight in the world: how level the camera was, and how far from TRUTH's outlines the ellipses found
+/// are. Status 1 when the camera was not level, or outlines and frames are not in the same pixels.
+int judge_world(const std::string& log) {
+  std::map<int64_t, stevedore::truth_t> truths;  // by the frame's utime
+  std::map<int64_t, stevedore::ellipses_t> found;
+  std::vector<double> off_level_deg, off_px;
+  int circles = 0;
+  stevedore::LogReader reader(log);
+  while (const auto event = reader.next()) {
+    if (const auto truth = stevedore::decode(*event, stevedore::channels::truth))
+      truths[truth->header.utime] = *truth;
+    if (const auto ellipses = stevedore::decode(*event, stevedore::channels::ellipses))
+      found[ellipses->header.utime] = *ellipses;
+    const auto level = stevedore::decode(*event, stevedore::channels::gimbal_level);
+    const bool started = level && level->header.seq >= 50;  // a second, in which it finds its level
+    if (started && level->off_level_rad >= 0) off_level_deg.push_back(level->off_level_rad * 180 / M_PI);
+  }
+  for (const auto& [utime, truth] : truths) {
+    for (const auto& circle : truth.circles) {
+      const auto& t = circle.outline;
+      const bool clear = circle.in_view && circle.visible_share > 0.98 && t.b_px > 8 && !circle.occupied;
+      if (!clear || !found.contains(utime)) continue;
+      ++circles;
+      for (const auto& ellipse : found[utime].ellipses) {
+        const auto& e = ellipse.outer;
+        const double away_px = std::hypot(e.u_px - t.u_px, e.v_px - t.v_px);
+        if (away_px > 0.2 * t.a_px || std::abs(e.a_px - t.a_px) > 0.1 * t.a_px) continue;
+        off_px.push_back(away_px);
+        break;
+      }
+    }
+  }
+  const double level_deg = percentile(off_level_deg, 0.99), median_px = percentile(off_px, 0.5);
+  std::printf(
+      "camera off level: %.2f deg p50, %.2f deg p99, of %zu; %zu of %d empty circles in full view "
+      "found, centres %.2f px p50, %.2f px p99 from truth\n",
+      percentile(off_level_deg, 0.5), level_deg, off_level_deg.size(), off_px.size(), circles, median_px,
+      percentile(off_px, 0.99));
+  const bool level = level_deg >= 0 && level_deg < 3, same_pixels = median_px >= 0 && median_px < 0.5;
+  return level && same_pixels ? 0 : 1;
+}
+
 int print_targets(const std::string& log, const std::string& pattern) {
   static const std::map<int8_t, const char*> names = {{stevedore::track_t::STATUS_SEARCHING, "searching"},
                                                       {stevedore::track_t::STATUS_TRACKING, "tracking"},
@@ -187,9 +238,10 @@ int main(int argc, char** argv) {
   if (arguments.size() >= 3 && arguments[0] == "state")
     return wait_for_state(arguments[1], arguments[2], argument(3, 20));
   if (arguments.size() == 3 && arguments[0] == "targets") return print_targets(arguments[1], arguments[2]);
+  if (arguments.size() == 2 && arguments[0] == "world") return judge_world(arguments[1]);
   if (arguments.size() == 2 && arguments[0] == "garbage") return send_garbage(argument(1, 1));
   std::fprintf(stderr,
                "usage: probe kill NAME... | wait CHANNEL [N] [SECONDS] | state NAME STATE [SECONDS] | "
-               "targets LOG PATTERN | garbage SECONDS\n");
+               "targets LOG PATTERN | world LOG | garbage SECONDS\n");
   return 2;
 }

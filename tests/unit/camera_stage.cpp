@@ -31,7 +31,7 @@ class Images {
     settings.source = path_;
     settings.once = true;
     settings.rate_hz = 1000;
-    settings.transport = "raw";
+    settings.frames.transport = "raw";
     return settings;
   }
 

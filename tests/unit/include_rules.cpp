@@ -87,6 +87,8 @@ Part part_of(const std::string& path) {
   if (file == "main.cpp") return Part::main;
   if (fs::path(file).stem().string().ends_with("_stage")) return Part::stage;
   if (room == "camera_proc" && file.starts_with("source")) return Part::device;
+  if (path.starts_with("sim_proc/render_thread.")) return Part::device;
+  if (path.starts_with("sim_proc/world/workers.")) return Part::device;  // the renderer's threads
   return Part::algorithm;
 }
 
@@ -223,6 +225,23 @@ TEST_CASE("the camera's sources reach devices and files, but not the bus") {
   CHECK(breaks_a_rule("camera_proc/pacing.cpp", "#include <chrono>\n"));
 }
 
+TEST_CASE("the world is an algorithm: only the thread that draws it is none") {
+  CHECK_FALSE(breaks_a_rule("sim_proc/render_thread.cpp", "#include <thread>\n#include <mutex>\n"));
+  CHECK(breaks_a_rule("sim_proc/render_thread.cpp", "#include \"runtime/bus.hpp\"\n"));
+  CHECK_FALSE(breaks_a_rule("sim_proc/world/world.cpp", "#include \"sim_proc/world/dice.hpp\"\n"));
+  CHECK(breaks_a_rule("sim_proc/world/world.cpp", "#include <chrono>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/world.cpp", "#include \"runtime/time.hpp\"\n"));
+  CHECK(breaks_a_rule("sim_proc/world/world.cpp", "#include \"gimbal_proc/gimbal.hpp\"\n"));
+  CHECK(breaks_a_rule("sim_proc/sim_stage.cpp", "#include <chrono>\n"));
+  CHECK(breaks_a_rule("mission_proc/main.cpp", "#include \"sim_proc/world/truth.hpp\"\n"));
+}
+
+TEST_CASE("of the world only its workers know threads") {
+  CHECK_FALSE(breaks_a_rule("sim_proc/world/workers.cpp", "#include <thread>\n#include <mutex>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/renderer.cpp", "#include <thread>\n"));
+  CHECK(breaks_a_rule("sim_proc/world/workers.cpp", "#include \"runtime/bus.hpp\"\n"));
+}
+
 TEST_CASE("stages see messages, not their carrier") {
   const std::string file = "tracker_proc/tracker_stage.cpp";
   CHECK_FALSE(breaks_a_rule(file,
@@ -246,7 +265,13 @@ TEST_CASE("threads of OpenCV and the truth of the simulator stay where they belo
   CHECK(breaks_a_rule("pose_proc/main.cpp", "cv::setNumThreads(4);\n"));
   CHECK_FALSE(breaks_a_rule("runtime/process.cpp", "cv::setNumThreads(1);\n"));
   CHECK(breaks_a_rule("runtime/process.cpp", "#include \"pose_proc/pose.hpp\"\n"));
-  CHECK(breaks_a_rule("mission_proc/mission_stage.cpp", "bus.subscribe(channels::truth, handler);\n"));
+  for (const char* stage :
+       {"camera_proc/camera_stage.cpp", "detector_proc/detector_stage.cpp", "tracker_proc/tracker_stage.cpp",
+        "pose_proc/pose_stage.cpp", "mission_proc/mission_stage.cpp", "gimbal_proc/gimbal_stage.cpp",
+        "platform/estimator.cpp", "runtime/process.cpp"}) {
+    INFO(stage);
+    CHECK(breaks_a_rule(stage, "bus.subscribe(channels::truth, handler);\n"));
+  }
   CHECK(breaks_a_rule("runtime/bus.cpp", "listen(\"TRUTH\");\n"));
   CHECK_FALSE(breaks_a_rule("tools/evaluate.cpp", "bus.subscribe(channels::truth, handler);\n"));
 }

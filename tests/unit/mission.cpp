@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <numbers>
 
 using namespace stevedore;
 
@@ -23,6 +24,17 @@ Mark circle(int64_t id, double semi_major_px, std::optional<double> range_m = st
 View view(double time_s, std::vector<Mark> marks, std::optional<int64_t> target = std::nullopt,
           TargetStatus status = TargetStatus::searching) {
   return {time_s, std::move(marks), target, status};
+}
+
+CameraHold level(double time_s, double off_level_deg, GimbalCondition gimbal = GimbalCondition::ok) {
+  return {time_s, off_level_deg * std::numbers::pi / 180, gimbal};
+}
+
+std::string cause_of(const Mission& mission, Emergency kind) {
+  for (const RaisedEmergency& e : mission.decision().emergencies) {
+    if (e.kind == kind) return e.cause;
+  }
+  return {};
 }
 
 bool has(const Mission& mission, Emergency kind) {
@@ -107,6 +119,44 @@ TEST_CASE("emergencies are raised with their delay and cleared when the cause go
   CHECK_FALSE(has(mission, Emergency::vision_stale));
   mission.see(view(102, {circle(2, 12)}));
   CHECK_FALSE(has(mission, Emergency::all_out_of_view));
+}
+
+TEST_CASE("a camera off level for a while is an emergency, and over when it was level for a while") {
+  Mission mission{MissionSettings{}};
+  double t = 10;
+  const auto hold = [&](double for_s, double off_level_deg, GimbalCondition gimbal = GimbalCondition::ok) {
+    for (const double until = t + for_s; t < until; t += 0.02) mission.hear(level(t, off_level_deg, gimbal));
+    return has(mission, Emergency::gimbal_not_level);
+  };
+  CHECK_FALSE(hold(2, 5.9));
+  CHECK_FALSE(hold(0.48, 8));
+  CHECK_FALSE(hold(0.1, 1));  // a swing that was over in time
+  CHECK_FALSE(hold(0.48, 8));
+  CHECK(hold(0.1, 8, GimbalCondition::at_limit));
+  CHECK(cause_of(mission, Emergency::gimbal_not_level) ==
+        "the camera is more than 6.0 deg off level: the pan-tilt is at its limit");
+  CHECK(hold(0.9, 1));
+  CHECK(hold(0.1, 8));
+  CHECK(hold(0.9, 1));  // the time counts from the last fault
+  CHECK_FALSE(hold(0.2, 1));
+}
+
+TEST_CASE("a stuck, late or silent gimbal is an emergency at once") {
+  for (const auto gimbal : {GimbalCondition::stuck, GimbalCondition::late}) {
+    Mission mission{MissionSettings{}};
+    mission.hear(level(10, 0));
+    mission.hear({10.02, std::nullopt, gimbal});
+    CHECK(has(mission, Emergency::gimbal_not_level));
+  }
+  Mission without{MissionSettings{}}, with{MissionSettings{}};
+  with.hear(level(10, 0));
+  for (Mission* mission : {&without, &with}) {
+    mission->tick(10.4);
+    CHECK_FALSE(has(*mission, Emergency::gimbal_not_level));
+    mission->tick(10.6);
+  }
+  CHECK_FALSE(has(without, Emergency::gimbal_not_level));  // an aircraft whose camera is fixed
+  CHECK(cause_of(with, Emergency::gimbal_not_level) == "no GIMBAL_LEVEL for more than 0.5 s");
 }
 
 TEST_CASE("the operator chooses, holds, resumes and aborts") {

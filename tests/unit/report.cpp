@@ -340,6 +340,40 @@ TEST_CASE("what the log lacks and what can't be read is said") {
   CHECK(report.unreadable == 1);
 }
 
+TEST_CASE("the world in place of the camera: its drops, and the processes beside the line") {
+  SyntheticLog log;
+  for (const int64_t tick : {0, 1, 4, 5, 7}) {
+    log.publish(channels::frame, frame(), camera, capture_utime(tick), tick, capture_utime(tick) + camera_us);
+  }
+  log.publish(channels::frame, frame(), again, capture_utime(20), 1, capture_utime(20) + camera_us);
+  auto sim = health("sim_proc", {input("GIMBAL_COMMAND", 9)}, "FRAME", 5);
+  sim.inputs[0].lost_gap = 2;
+  sim.cpu_share = 0.9;
+  publish_health(log, sim, camera, capture_utime(8));  // the first has no second behind it
+  sim.cpu_share = 0.4;
+  publish_health(log, sim, camera, capture_utime(9));
+  sim.cpu_share = 0.6;
+  publish_health(log, sim, camera, capture_utime(10));
+  publish_health(log, health("gimbal_proc", {input("VEHICLE_STATE", 50)}, "GIMBAL_LEVEL", 50), mission_run,
+                 capture_utime(10));
+  const Report report = log.report();
+  CHECK(report.camera_drops == 3 + 1);
+  CHECK(report.messages_lost == 2);
+  CHECK(report.frames_lost == 0);
+  CHECK(stage(report, "sim_proc").out == 6);
+  CHECK(stage(report, "sim_proc").cpu_share.value() == Approx(0.5));
+  REQUIRE(report.beside.size() == 1);
+  CHECK(report.beside[0].process == "gimbal_proc");
+  CHECK(report.beside[0].in == 50);
+  CHECK(report.beside[0].out == 50);
+  const auto json = to_json(report, "a.log");
+  CHECK(json["camera_drops"] == 4);
+  CHECK(json["cpu_share"]["sim_proc"] == Approx(0.5));
+  CHECK_FALSE(json["stages"].contains("camera_proc"));
+  CHECK(to_text(report).find("4 camera drops") != std::string::npos);
+  CHECK(to_text(report).find("2 messages that carry no frame were lost") != std::string::npos);
+}
+
 TEST_CASE("an empty log is a report of nothing") {
   const Report report = SyntheticLog().report();
   CHECK(report.frames == 0);
@@ -412,6 +446,26 @@ TEST_CASE("worked off: a last frame that never comes is waited for, not for ever
   camera_says(view, 1, 0, 2, health_t::STATE_FINISHED, second);
   CHECK_FALSE(view.worked_off(2 * second));
   CHECK(view.worked_off(3 * second));
+}
+
+TEST_CASE("worked off: the world's newest frame counts, whatever it dropped before") {
+  WatchView view(0);
+  const auto sim_says = [&view](int64_t seq, int8_t state, int64_t now) {
+    auto message = health("sim_proc", {}, "FRAME", 3, state);
+    message.header = header(1, seq, now, -1);
+    view.on_health(message, now);
+  };
+  sim_says(0, health_t::STATE_OK, second);
+  view.on_frame(header(1, 0, second, 0));
+  view.on_frame(header(1, 1, second, 4));
+  view.on_frame(header(1, 2, second, 6));
+  mission_says(view, 0, second, second);
+  mission_says(view, 4, second, second);
+  sim_says(1, health_t::STATE_FINISHED, 2 * second);
+  CHECK_FALSE(view.worked_off(2 * second));
+  CHECK(view.line(2 * second).find("camera drops 4") != std::string::npos);
+  mission_says(view, 6, 2 * second, 2 * second);
+  CHECK(view.worked_off(2 * second));
 }
 
 TEST_CASE("a finished camera without one answer is not worked off") {

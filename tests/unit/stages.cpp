@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "detector_proc/detector_stage.hpp"
+#include "gimbal_proc/gimbal_stage.hpp"
 #include "mission_proc/mission_stage.hpp"
 #include "pose_proc/pose_stage.hpp"
 #include "tests/support/film.hpp"
@@ -87,6 +88,22 @@ poses_t poses_of(int64_t k, int64_t id) {
   poses.poses.push_back(pose);
   poses.count = 1;
   return poses;
+}
+
+vehicle_state_t level_vehicle(int64_t utime) {
+  vehicle_state_t vehicle{};
+  vehicle.header.utime = utime;
+  vehicle.ned_from_body[0] = 1;
+  return vehicle;
+}
+
+gimbal_state_t gimbal_at(int64_t utime, double roll_rad, int8_t status = gimbal_state_t::STATUS_OK) {
+  gimbal_state_t gimbal{};
+  gimbal.header.utime = utime;
+  gimbal.roll_rad = roll_rad;
+  gimbal.off_level_rad = -1;
+  gimbal.status = status;
+  return gimbal;
 }
 
 }  // namespace
@@ -246,4 +263,66 @@ TEST_CASE("mission stage: silent vision is an emergency, with TIMEOUT or VEHICLE
   vehicle.header.utime = poses.header.utime + 700'000;
   bus.deliver(channels::vehicle_state, vehicle);
   CHECK(bus.published_on(channels::mission).back().emergencies.at(0).kind == emergency_t::KIND_VISION_STALE);
+}
+
+TEST_CASE("gimbal stage: each VEHICLE_STATE gives a command and how level the camera is") {
+  MemoryBus bus;
+  GimbalStage stage(GimbalSettings{}, CameraMount{}, bus);
+  CHECK(stage.condition().state == health_t::STATE_STARTING);
+  bus.deliver(channels::gimbal_state, gimbal_at(990'000, 0.1));
+  CHECK(bus.sent.empty());
+  bus.deliver(channels::vehicle_state, level_vehicle(1'000'000));
+  const auto commands = bus.published_on(channels::gimbal_command);
+  const auto levels = bus.published_on(channels::gimbal_level);
+  REQUIRE(commands.size() == 1);
+  REQUIRE(levels.size() == 1);
+  CHECK(commands[0].header.utime == 1'000'000);
+  CHECK(commands[0].header.trace.cause == "VEHICLE_STATE");
+  CHECK(commands[0].roll_rad < 0.1);  // on its way to level
+  CHECK(levels[0].roll_rad == 0.1);
+  CHECK(levels[0].off_level_rad == Approx(0.1));
+  CHECK(levels[0].status == gimbal_state_t::STATUS_OK);
+  CHECK(stage.condition().state == health_t::STATE_OK);
+}
+
+TEST_CASE("gimbal stage: a silent and a stuck pan-tilt are in GIMBAL_LEVEL and in HEALTH") {
+  MemoryBus bus;
+  GimbalStage stage(GimbalSettings{}, CameraMount{}, bus);
+  int64_t utime = 1'000'000;
+  for (int i = 0; i < 12; ++i, utime += 20'000) bus.deliver(channels::vehicle_state, level_vehicle(utime));
+  CHECK(bus.published_on(channels::gimbal_level).back().status == gimbal_state_t::STATUS_LATE);
+  CHECK(bus.published_on(channels::gimbal_level).back().off_level_rad == -1);
+  CHECK(stage.condition().state == health_t::STATE_DEGRADED);
+  CHECK(stage.condition().message == "no GIMBAL_STATE comes: nobody knows how the camera stands");
+  for (int i = 0; i < 40; ++i, utime += 20'000) {
+    bus.deliver(channels::gimbal_state, gimbal_at(utime, 0.2));  // whatever it is told
+    bus.deliver(channels::vehicle_state, level_vehicle(utime));
+  }
+  CHECK(bus.published_on(channels::gimbal_level).back().status == gimbal_state_t::STATUS_STUCK);
+  CHECK(stage.condition().message ==
+        "the pan-tilt does not follow: roll 11.5 of 0.0 deg, pitch 0.0 of 0.0 deg");
+}
+
+TEST_CASE("mission stage: a gimbal that is not level is told at once, and when it is over") {
+  MemoryBus bus;
+  MissionStage stage(MissionSettings{}, bus);
+  bus.deliver(channels::poses, poses_of(0, 5));
+  gimbal_state_t level = gimbal_at(1'020'000, 0, gimbal_state_t::STATUS_STUCK);
+  level.off_level_rad = 0.02;
+  bus.deliver(channels::gimbal_level, level);
+  const auto told = bus.published_on(channels::mission).back();
+  REQUIRE(told.emergency_count == 1);
+  CHECK(told.emergencies[0].kind == emergency_t::KIND_GIMBAL_NOT_LEVEL);
+  CHECK(told.emergencies[0].cause == "the pan-tilt does not follow its commands");
+  CHECK(told.emergencies[0].advised_action == mission_t::ACTION_HOVER);
+  CHECK(told.header.frame_seq == -1);
+  CHECK(told.header.trace.cause == "GIMBAL_LEVEL");
+  level.status = gimbal_state_t::STATUS_OK;
+  for (int64_t k = 1; k < 40; ++k) {
+    level.header.utime = 1'000'000 + k * frame_us;
+    bus.deliver(channels::gimbal_level, level);
+    bus.deliver(channels::poses, poses_of(k, 5));
+  }
+  for (const emergency_t& e : bus.published_on(channels::mission).back().emergencies)
+    CHECK(e.kind != emergency_t::KIND_GIMBAL_NOT_LEVEL);
 }

@@ -1,0 +1,151 @@
+// Pictures of the competition with their exact truth: to check a detector on what it will meet.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <regex>
+#include <thread>
+
+#include "runtime/camera_file.hpp"
+#include "sim_proc/world/renderer.hpp"
+#include "tools/camera_yaml.hpp"
+#include "tools/contact_sheet.hpp"
+#include "tools/progress_line.hpp"
+#include "tools/still_truth.hpp"
+
+namespace {
+
+using namespace stevedore;
+namespace fs = std::filesystem;
+
+constexpr int not_written = 1, wrong_usage = 2;  // exit statuses
+
+struct Options {
+  int count = 0;
+  std::uint64_t seed = 1;
+  std::string out, camera, size, sheet;
+  bool linear = false, noise_free = false, exact = false, overlay = false;
+  int threads = 0;
+};
+
+void declare(CLI::App& app, Options& o) {
+  app.add_option("--count", o.count, "How many stills")->required()->check(CLI::Range(1, 100000));
+  app.add_option("--seed", o.seed, "The same seed makes the same pictures, to the byte")
+      ->capture_default_str();
+  app.add_option("--out", o.out, "Folder for images, truth.jsonl and camera.yaml, made if missing")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--camera", o.camera, "Camera file; without it the paper's: 640x480, 87 x 71 degrees");
+  app.add_option("--size", o.size, "Another number of pixels for the same view")->type_name("WxH");
+  app.add_flag("--linear", o.linear, "Grey levels proportional to light, whatever the camera file says");
+  app.add_flag("--noise-free", o.noise_free, "No sensor noise");
+  app.add_flag("--exact", o.exact,
+               "The camera is what camera.yaml says, the circles what they are told to be");
+  app.add_flag("--overlay", o.overlay, "Also each image with its truth drawn on, NAME_truth.png");
+  app.add_option("--sheet", o.sheet,
+                 "Also all of them small on one JPEG of less than 400 kB, every third with its truth")
+      ->type_name("FILE");
+  app.add_option("--threads", o.threads, "0: as many as there are processors; pictures do not depend on it")
+      ->check(CLI::Range(0, 256));
+  app.footer(
+      "Each still has another scenery, light, sea, layout and height (1.5 to 12 m over the deck).\n"
+      "truth.jsonl has a line for each image: `ellipses` are the circles of which at least a quarter of the\n"
+      "edge is seen, with a semi-minor axis of at least 4 px, `hidden` the rest of those in the image, each\n"
+      "the exact outer edge in pixels of the image, and its centre, normal and radius in the camera frame;\n"
+      "`cargoes` the rims of buckets; `gravity` down in the camera frame. Unless --exact, the camera and "
+      "the\n"
+      "radius differ a little from what camera.yaml and a radius of 0.5 m say, as on a real aircraft.\n"
+      "Exit status: 0, 1 if a file could not be written, 2 for a mistake in options or files.\n\n"
+      "  scenes --count 200 --seed 1 --out s\n"
+      "  locate --camera s/camera.yaml --radius 0.5 --cargo-radius 0.16 s/*.png > found.jsonl");
+}
+
+CameraModel paper_camera() {
+  CameraModel camera;
+  camera.given = camera.rectified = {640, 480, 337, 337, 319.5, 239.5};  // 87 x 71 degrees
+  return camera;
+}
+
+CameraModel told_camera(const Options& o) {
+  CameraModel camera = paper_camera();
+  if (!o.camera.empty()) {
+    CameraFile file = load_camera_file(o.camera);
+    for (const auto& warning : file.warnings) std::cerr << warning << '\n';
+    camera = file.camera;
+  }
+  if (!o.size.empty()) {
+    std::smatch size;
+    const std::regex form(R"((\d{2,4})x(\d{2,4}))");
+    if (!std::regex_match(o.size, size, form))
+      throw ConfigError("--size: \"" + o.size + "\" is not WxH, such as 1280x960");
+    camera = resized(camera, std::stoi(size[1]), std::stoi(size[2]));
+  }
+  if (o.linear) camera.response = {Response::Curve::linear, 1};
+  return camera;
+}
+
+void write(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  if (!file.flush()) throw std::runtime_error(path.string() + ": not written");
+}
+
+void write(const fs::path& path, const cv::Mat& image) {
+  if (!cv::imwrite(path.string(), image)) throw std::runtime_error(path.string() + ": not written");
+}
+
+void write_sheet(const Options& o, const std::vector<cv::Mat>& pictures) {
+  constexpr int columns = 6, width_px = 280;
+  constexpr size_t most_bytes = 390'000;
+  write_jpeg(o.sheet, contact_sheet(pictures, columns, width_px), most_bytes);
+}
+
+void run(const Options& o) {
+  const fs::path out = o.out;
+  const StillCamera camera = draw_still_camera(told_camera(o), o.seed, o.exact);
+  fs::create_directories(out);
+  write(out / "camera.yaml", camera_yaml(camera.told, "scenes"));
+  world::Renderer renderer(o.threads ? o.threads : static_cast<int>(std::thread::hardware_concurrency()));
+  std::string truth_lines;
+  std::vector<cv::Mat> sheet;
+  ProgressLine progress;
+  for (int i = 0; i < o.count; ++i) {
+    Still still = draw_still(camera, o.seed, i);
+    if (o.noise_free) still.scene.eye.noise_levels = 0;
+    const cv::Mat picture = renderer.render(still.scene);
+    const std::string name = fmt::format("scene_{:04}", i);
+    const auto truth = truth_of(still, name + ".png", "camera.yaml");
+    truth_lines += truth.dump() + '\n';
+    write(out / (name + ".png"), picture);
+    if (o.overlay) write(out / (name + "_truth.png"), with_truth(picture, truth));
+    if (!o.sheet.empty()) sheet.push_back(i % 3 == 2 ? with_truth(picture, truth) : picture);
+    if (progress.on_terminal() || i + 1 == o.count)
+      progress.show(fmt::format("{} of {} scenes in {}", i + 1, o.count, o.out));
+  }
+  write(out / "truth.jsonl", truth_lines);
+  if (!o.sheet.empty()) write_sheet(o, sheet);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // what fails is said below
+  CLI::App app{"Makes pictures of the competition with exact truth"};
+  Options options;
+  declare(app, options);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    run(options);
+  } catch (const ConfigError& error) {
+    std::cerr << error.what() << '\n';
+    return wrong_usage;
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return not_written;
+  }
+  return 0;
+}
