@@ -15,8 +15,7 @@ namespace {
 
 /// MISSION payloads of the line over a flight's log, in lock step.
 std::vector<std::vector<uint8_t>> missions_of(const SimFlight::Sent& flight) {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("replay-truth-" + std::to_string(getpid()));
+  const auto path = std::filesystem::temp_directory_path() / ("replay-truth-" + std::to_string(getpid()));
   {
     LogWriter writer(path.string());
     for (const auto& [channel, bytes] : flight) writer.write({0, channel, bytes});

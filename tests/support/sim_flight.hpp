@@ -1,5 +1,5 @@
-// The world and gimbal_proc on buses of memory, in lock step: time is the test's, and no frame is dropped unless
-// the test leaves none the time to be drawn.
+// The world and gimbal_proc on buses of memory, in lock step: time is the test's, and no frame is dropped
+// unless the test leaves none the time to be drawn.
 #pragma once
 
 #include <string>

@@ -265,10 +265,10 @@ TEST_CASE("threads of OpenCV and the truth of the simulator stay where they belo
   CHECK(breaks_a_rule("pose_proc/main.cpp", "cv::setNumThreads(4);\n"));
   CHECK_FALSE(breaks_a_rule("runtime/process.cpp", "cv::setNumThreads(1);\n"));
   CHECK(breaks_a_rule("runtime/process.cpp", "#include \"pose_proc/pose.hpp\"\n"));
-  for (const char* stage : {"camera_proc/camera_stage.cpp", "detector_proc/detector_stage.cpp",
-                            "tracker_proc/tracker_stage.cpp", "pose_proc/pose_stage.cpp",
-                            "mission_proc/mission_stage.cpp", "gimbal_proc/gimbal_stage.cpp",
-                            "platform/estimator.cpp", "runtime/process.cpp"}) {
+  for (const char* stage :
+       {"camera_proc/camera_stage.cpp", "detector_proc/detector_stage.cpp", "tracker_proc/tracker_stage.cpp",
+        "pose_proc/pose_stage.cpp", "mission_proc/mission_stage.cpp", "gimbal_proc/gimbal_stage.cpp",
+        "platform/estimator.cpp", "runtime/process.cpp"}) {
     INFO(stage);
     CHECK(breaks_a_rule(stage, "bus.subscribe(channels::truth, handler);\n"));
   }
