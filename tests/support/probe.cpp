@@ -32,8 +32,9 @@ using stevedore::monotonic_utime;
 constexpr int64_t patience_us = 20'000'000;
 
 const std::map<std::string, std::string> outputs = {
-    {"camera_proc", "FRAME"}, {"detector_proc", "ELLIPSES"}, {"tracker_proc", "TRACKS"},
-    {"pose_proc", "POSES"},   {"mission_proc", "MISSION"},   {"record", "HEALTH"}};
+    {"camera_proc", "FRAME"},      {"sim_proc", "FRAME"},      {"gimbal_proc", "GIMBAL_LEVEL"},
+    {"detector_proc", "ELLIPSES"}, {"tracker_proc", "TRACKS"}, {"pose_proc", "POSES"},
+    {"mission_proc", "MISSION"},   {"record", "HEALTH"}};
 
 /// Newest HEALTH of each process, and the newest message of every output channel.
 struct Watcher {
@@ -50,6 +51,7 @@ struct Watcher {
     follow(stevedore::channels::tracks);
     follow(stevedore::channels::poses);
     follow(stevedore::channels::mission);
+    follow(stevedore::channels::gimbal_level);
   }
   void heard(const std::string& channel, const stevedore::header_t& header) {
     run_id[channel] = header.trace.run_id;
