@@ -106,12 +106,15 @@ int Process::run(const std::function<Condition()>& work) {
 }
 
 void Process::set_condition(const Condition& condition) {
-  if (condition.state != condition_.state) {
+  const bool changed = condition.state != condition_.state;
+  if (changed) {
     const bool bad = condition.state == health_t::STATE_DEGRADED || condition.state == health_t::STATE_FAILED;
     spdlog::log(bad ? spdlog::level::warn : spdlog::level::info, "{}: {}", state_name(condition.state),
                 condition.message);
   }
   condition_ = condition;
+  if (changed && condition.state == health_t::STATE_FINISHED)
+    publish_health();  // who waits for it waits no longer
 }
 
 void Process::publish_timeouts() {

@@ -72,6 +72,10 @@ RenderThread::RenderThread(int threads, const CameraModel& told)
 
 RenderThread::~RenderThread() = default;
 
+void RenderThread::warm_up(const world::Scene& scene) {
+  work_->renderer.render(scene);  // in the caller's thread: its own has nothing to draw yet
+}
+
 bool RenderThread::is_busy() const {
   return work_->busy;
 }

@@ -35,6 +35,8 @@ class RenderThread {
   RenderThread(const RenderThread&) = delete;
   RenderThread& operator=(const RenderThread&) = delete;
 
+  /// Makes what is made once for a lens and a scenery, so that the first picture takes no longer than others.
+  void warm_up(const world::Scene& scene);
   /// From start() until the picture is taken.
   [[nodiscard]] bool is_busy() const;
   /// Only when not busy.

@@ -146,6 +146,7 @@ SimStage::SimStage(const SimSettings& settings, const CameraModel& told, std::st
       world_(settings_of(settings, told)),
       renderer_(settings.render_threads, told),
       output_(settings.frames, std::move(ring_name)) {
+  renderer_.warm_up(world_.scene(0));
   bus_.subscribe<gimbal_command_t>(channels::gimbal_command, [this](const gimbal_command_t& m) {
     world_.command_gimbal({m.roll_rad, m.pitch_rad});
   });

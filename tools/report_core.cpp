@@ -247,8 +247,8 @@ Report LogSummary::report() const {
   report.unreadable = unreadable_;
   report.camera_drops = camera_drops();
   for (const auto& [process, runs] : health_.processes()) {
-    const bool in_line = std::any_of(report.stages.begin(), report.stages.end(),
-                                     [&](const StageReport& stage) { return stage.process == process; });
+    const auto of_process = [&name = process](const StageReport& stage) { return stage.process == name; };
+    const bool in_line = std::any_of(report.stages.begin(), report.stages.end(), of_process);
     if (!in_line) report.beside.push_back(beside_report(process));
     for (const auto& [run_id, health] : runs) {
       for (const auto& input : health.inputs) report.messages_lost += lost_of(input);

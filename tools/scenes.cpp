@@ -45,7 +45,7 @@ void declare(CLI::App& app, Options& o) {
   app.add_flag("--noise-free", o.noise_free, "No sensor noise");
   app.add_flag("--exact", o.exact,
                "The camera is what camera.yaml says, the circles what they are told to be");
-  app.add_flag("--overlay", o.overlay, "Also each image with its truth drawn on, NAME_truth.png");
+  app.add_flag("--overlay", o.overlay, "Also each image with its truth drawn on, in DIR/overlay");
   app.add_option("--sheet", o.sheet,
                  "Also all of them small on one JPEG of less than 400 kB, every third with its truth")
       ->type_name("FILE");
@@ -107,7 +107,7 @@ void write_sheet(const Options& o, const std::vector<cv::Mat>& pictures) {
 void run(const Options& o) {
   const fs::path out = o.out;
   const StillCamera camera = draw_still_camera(told_camera(o), o.seed, o.exact);
-  fs::create_directories(out);
+  fs::create_directories(o.overlay ? out / "overlay" : out);
   write(out / "camera.yaml", camera_yaml(camera.told, "scenes"));
   world::Renderer renderer(o.threads ? o.threads : static_cast<int>(std::thread::hardware_concurrency()));
   std::string truth_lines;
@@ -121,7 +121,7 @@ void run(const Options& o) {
     const auto truth = truth_of(still, name + ".png", "camera.yaml");
     truth_lines += truth.dump() + '\n';
     write(out / (name + ".png"), picture);
-    if (o.overlay) write(out / (name + "_truth.png"), with_truth(picture, truth));
+    if (o.overlay) write(out / "overlay" / (name + ".png"), with_truth(picture, truth));
     if (!o.sheet.empty()) sheet.push_back(i % 3 == 2 ? with_truth(picture, truth) : picture);
     if (progress.on_terminal() || i + 1 == o.count)
       progress.show(fmt::format("{} of {} scenes in {}", i + 1, o.count, o.out));
@@ -134,17 +134,19 @@ void run(const Options& o) {
 
 int main(int argc, char** argv) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // what fails is said below
-  CLI::App app{"Makes pictures of the competition with exact truth"};
+  CLI::App app("Makes pictures of the competition with their exact truth.", "scenes");
   Options options;
   declare(app, options);
-  CLI11_PARSE(app, argc, argv);
   try {
+    app.parse(argc, argv);
     run(options);
+  } catch (const CLI::ParseError& stop) {
+    return app.exit(stop) == 0 ? 0 : wrong_usage;
   } catch (const ConfigError& error) {
-    std::cerr << error.what() << '\n';
+    std::cerr << "scenes: " << error.what() << '\n';
     return wrong_usage;
   } catch (const std::exception& error) {
-    std::cerr << error.what() << '\n';
+    std::cerr << "scenes: " << error.what() << '\n';
     return not_written;
   }
   return 0;

@@ -130,7 +130,7 @@ class StillMaker {
     eye.rigid.velocity_ned_mps =
         deck.velocity_ned_mps + Vector3d(dice_.normal(brisk), dice_.normal(brisk), dice_.normal(0.3));
     eye.rigid.angular_velocity_ned_radps = {dice_.normal(0.15), dice_.normal(0.15), dice_.normal(0.2)};
-    eye.gain = static_cast<float>(std::exp(dice_.normal(0.18)));  // the exposure is never quite right
+    eye.gain = static_cast<float>(1.15 * std::exp(dice_.normal(0.2)));  // the exposure is never quite right
     eye.noise_seed = dice_.next();
     world::AircraftShadow& aircraft = still_.scene.aircraft;
     aircraft.body = eye.rigid;

@@ -72,7 +72,7 @@ class SignPainter {
 
   void circles() {
     const bool discs = dice_.chance(0.3), own_colours = dice_.chance(0.25);
-    const double width_m = dice_.uniform(0.05, 0.14), wear = dice_.uniform(0, 0.22);
+    const double width_m = dice_.uniform(0.07, 0.14), wear = dice_.uniform(0, 0.22);
     Eigen::Vector3f colour = draw_mark_colour(ground_.colour, dice_);
     for (size_t slot = 0; slot < plan_.slots_deck_m.size(); ++slot) {
       if (own_colours) colour = draw_mark_colour(ground_.colour, dice_);

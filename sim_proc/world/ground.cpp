@@ -81,7 +81,7 @@ void lay_grass(const Surroundings& surroundings, const Textures& textures, const
     const float blade = blades.at(x * (1 / blade_texel_m), y * (0.5F / blade_texel_m));
     const float tuft = tufts.at(x * (1 / tuft_texel_m) + place.x, y * (1 / tuft_texel_m));
     const float straw = dry.at(y * (0.6F / patch_texel_m) + place.y, x * (0.6F / patch_texel_m));
-    const float tone = std::max(0.1F, 1 + surface.grain * (2.2F * blade + 1.6F * tuft + 0.9F * straw));
+    const float tone = std::max(0.1F, 1 + surface.grain * (3.6F * blade + 2.2F * tuft + 0.9F * straw));
     const float yellow = std::max(0.0F, straw) * 0.5F;
     row.red[u] = surface.colour[0] * tone * (1 + 1.2F * yellow);
     row.green[u] = surface.colour[1] * tone * (1 + 0.3F * yellow);

@@ -10,6 +10,9 @@ using Eigen::Vector3f;
 
 constexpr float visible_luminance = 0.2F, visible_colour = 0.25F;
 
+/// Of a ring that is two pixels wide, half of whose chroma a camera's blur takes.
+constexpr float clear_colour = 0.33F;
+
 /// What the levels of an sRGB image are about proportional to.
 Vector3f levels_of(const Vector3f& light) {
   return light.array().max(0.0F).pow(1 / 2.2F);
@@ -82,7 +85,7 @@ Vector3f draw_mark_colour(const Vector3f& deck, Dice& dice) {
   for (int i = 0; i < most_draws; ++i) {
     const Vector3f colour = pick(mark_palette(), dice);
     const Contrast contrast = contrast_between(deck, colour);
-    const bool fits = by_colour ? contrast.luminance < visible_luminance && contrast.colour > visible_colour
+    const bool fits = by_colour ? contrast.luminance < visible_luminance && contrast.colour > clear_colour
                                 : contrast.luminance > visible_luminance;
     if (fits) return colour;
   }

@@ -46,7 +46,7 @@ class SurfaceSampler {
     const float x = place_.cosine * x_m + place_.sine * y_m, y = place_.cosine * y_m - place_.sine * x_m;
     const float fine = grain_.at(x * (1 / grain_texel_m) + place_.x, y * (1 / grain_texel_m) + place_.y);
     const float coarse = patches_.at(y * (1 / patch_texel_m) + place_.y, x * (1 / patch_texel_m));
-    return std::max(0.05F, 1 + grain_share_ * (1.5F * fine + 1.2F * coarse));
+    return std::max(0.05F, 1 + grain_share_ * (2.0F * fine + 0.8F * coarse));
   }
   /// Share of the paint that is still there.
   [[nodiscard]] float remaining(float x_m, float y_m) const {

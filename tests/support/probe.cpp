@@ -32,8 +32,9 @@ using stevedore::monotonic_utime;
 constexpr int64_t patience_us = 20'000'000;
 
 const std::map<std::string, std::string> outputs = {
-    {"camera_proc", "FRAME"}, {"detector_proc", "ELLIPSES"}, {"tracker_proc", "TRACKS"},
-    {"pose_proc", "POSES"},   {"mission_proc", "MISSION"},   {"record", "HEALTH"}};
+    {"camera_proc", "FRAME"},      {"sim_proc", "FRAME"},      {"gimbal_proc", "GIMBAL_LEVEL"},
+    {"detector_proc", "ELLIPSES"}, {"tracker_proc", "TRACKS"}, {"pose_proc", "POSES"},
+    {"mission_proc", "MISSION"},   {"record", "HEALTH"}};
 
 /// Newest HEALTH of each process, and the newest message of every output channel.
 struct Watcher {
@@ -50,6 +51,7 @@ struct Watcher {
     follow(stevedore::channels::tracks);
     follow(stevedore::channels::poses);
     follow(stevedore::channels::mission);
+    follow(stevedore::channels::gimbal_level);
   }
   void heard(const std::string& channel, const stevedore::header_t& header) {
     run_id[channel] = header.trace.run_id;
@@ -174,7 +176,7 @@ int judge_world(const std::string& log) {
   for (const auto& [utime, truth] : truths) {
     for (const auto& circle : truth.circles) {
       const auto& t = circle.outline;
-      const bool clear = circle.in_view && circle.visible_share > 0.98 && t.b_px > 8 && !circle.occupied;
+      const bool clear = circle.in_view && circle.visible_share > 0.98 && t.b_px > 8;
       if (!clear || !found.contains(utime)) continue;
       ++circles;
       for (const auto& ellipse : found[utime].ellipses) {
@@ -188,11 +190,12 @@ int judge_world(const std::string& log) {
   }
   const double level_deg = percentile(off_level_deg, 0.99), median_px = percentile(off_px, 0.5);
   std::printf(
-      "camera off level: %.2f deg p50, %.2f deg p99, of %zu; %zu of %d empty circles in full view "
+      "camera off level: %.2f deg p50, %.2f deg p99, of %zu; %zu of %d circles in full view "
       "found, centres %.2f px p50, %.2f px p99 from truth\n",
       percentile(off_level_deg, 0.5), level_deg, off_level_deg.size(), off_px.size(), circles, median_px,
       percentile(off_px, 0.99));
-  const bool level = level_deg >= 0 && level_deg < 3, same_pixels = median_px >= 0 && median_px < 0.5;
+  // a detector that is led astray by what crosses a ring errs by 2 px; a frame that was not rectified by 14
+  const bool level = level_deg >= 0 && level_deg < 3, same_pixels = median_px >= 0 && median_px < 2.5;
   return level && same_pixels ? 0 : 1;
 }
 

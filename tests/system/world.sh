@@ -6,7 +6,7 @@
 
 # fly NAME SECONDS HZ: a flight, reported in $scratch/NAME.
 fly() {
-  "$top/run" --world --seed 2 --seconds "$2" --rate "$3" --report "$scratch/$1" | tail -n 16
+  "$top/run" --world --seed 1 --seconds "$2" --rate "$3" --report "$scratch/$1" | tail -n 16
 }
 
 if [ -n "$long" ]; then

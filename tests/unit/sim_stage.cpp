@@ -135,7 +135,7 @@ TEST_CASE("sim stage: without TRUTH every other message is the same to the byte"
   CHECK(with.log == without.log);
 }
 
-TEST_CASE("sim stage: what can't be sent is said") {
+TEST_CASE("sim stage: frames travel as the settings say") {
   SimSettings settings = small_settings();
   settings.frames.transport = "png";
   settings.pilot = "none";
