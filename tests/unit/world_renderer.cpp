@@ -166,6 +166,7 @@ TEST_CASE("a pole throws its shadow away from the sun, as long as it is high at 
   CHECK(level_at(picture, 0.5, 0) == lit);
   CHECK(level_at(picture, -0.5, 0.1) == lit);
   CHECK(level_at(picture, -0.8, 0) == in_shadow);  // sphere at the top: its shadow is 1.41 radii long
+  CHECK(level_at(picture, -0.8 - 0.045, 0) == Approx(in_shadow).margin(4));
   CHECK(level_at(picture, -0.8 - 0.12, 0) == lit);
 }
 
