@@ -234,7 +234,8 @@ class Replay {
   /// Some of the pixels missing is told in the result, all of them is an error: every answer would be
   /// missing.
   void need_pixels(const std::string& log) {
-    if (!options_.stages.contains("detector_proc") && !options_.stages.contains("tracker_proc")) return;
+    const auto& stages = options_.stages;
+    if (!stages.empty() && !stages.contains("detector_proc") && !stages.contains("tracker_proc")) return;
     result_.frames_elsewhere = index_.frames_elsewhere();
     if (index_.frames_with_pixels() > 0) return;
     throw std::runtime_error(
