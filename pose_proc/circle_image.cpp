@@ -5,24 +5,44 @@
 namespace stevedore {
 namespace {
 
+/// A symmetric matrix as (00, 01, 11, 02, 12, 22).
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
 /// (m, S) of a dual conic whose entry (2, 2) is not zero.
-Vector5d center_and_shape(const Eigen::Matrix3d& dual) {
-  const double q = dual(2, 2);
-  const Eigen::Vector2d m = dual.topRightCorner<2, 1>() / q;
+Vector5d center_and_shape(const Vector6d& dual) {
+  const double q = dual[5], x = dual[3] / q, y = dual[4] / q;
   Vector5d out;
-  out << m, m.x() * m.x() - dual(0, 0) / q, m.x() * m.y() - dual(0, 1) / q, m.y() * m.y() - dual(1, 1) / q;
+  out << x, y, x * x - dual[0] / q, x * y - dual[1] / q, y * y - dual[2] / q;
   return out;
 }
 
-/// The change of (m, S) with a change of the dual conic.
-Vector5d step_of(const Eigen::Matrix3d& dual, const Vector5d& value, const Eigen::Matrix3d& change) {
-  const double q = dual(2, 2), dq = change(2, 2);
-  const Eigen::Vector2d m = value.head<2>(), dm = (change.topRightCorner<2, 1>() - m * dq) / q;
-  const auto shape_step = [&](int i, int j) {
-    return dm[i] * m[j] + m[i] * dm[j] - (change(i, j) - dual(i, j) / q * dq) / q;
-  };
-  Vector5d out;
-  out << dm, shape_step(0, 0), shape_step(0, 1), shape_step(1, 1);
+/// d (m, S) / d dual conic.
+Eigen::Matrix<double, 5, 6> by_dual(const Vector5d& value, double q) {
+  const double x = value[0], y = value[1];
+  Eigen::Matrix<double, 5, 6> out;
+  out << 0, 0, 0, 1, 0, -x,                   //
+      0, 0, 0, 0, 1, -y,                      //
+      -1, 0, 0, 2 * x, 0, -x * x - value[2],  //
+      0, -1, 0, y, x, -x * y - value[3],      //
+      0, 0, -1, 0, 2 * y, -y * y - value[4];
+  return out / q;
+}
+
+/// d (v v^T) / d v.
+Eigen::Matrix<double, 6, 3> square_by(const Eigen::Vector3d& v) {
+  Eigen::Matrix<double, 6, 3> out;
+  out << 2 * v.x(), 0, 0,  //
+      v.y(), v.x(), 0,     //
+      0, 2 * v.y(), 0,     //
+      v.z(), 0, v.x(),     //
+      0, v.z(), v.y(),     //
+      0, 0, 2 * v.z();
+  return out;
+}
+
+Vector6d square(const Eigen::Vector3d& v) {
+  Vector6d out;
+  out << v.x() * v.x(), v.x() * v.y(), v.y() * v.y(), v.x() * v.z(), v.y() * v.z(), v.z() * v.z();
   return out;
 }
 
@@ -52,19 +72,16 @@ EdgeImage edge_image(const EllipseFit& fit, const Pinhole& camera) {
 
 CircleImage circle_image(const Eigen::Vector3d& center_camera_m, const Eigen::Vector3d& normal_camera,
                          double radius_m) {
-  const Eigen::Vector3d &c = center_camera_m, &n = normal_camera;
   const double r2 = radius_m * radius_m;
-  const Eigen::Matrix3d flat = Eigen::Matrix3d::Identity() - n * n.transpose();
-  const Eigen::Matrix3d dual = c * c.transpose() - r2 * flat;
+  const Vector6d identity = (Vector6d() << 1, 0, 1, 0, 0, 1).finished();
+  const Vector6d flat = identity - square(normal_camera);
+  const Vector6d dual = square(center_camera_m) - r2 * flat;
   CircleImage image;
   image.value = center_and_shape(dual);
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Matrix3d c_step = Eigen::Vector3d::Unit(k) * c.transpose();
-    const Eigen::Matrix3d n_step = Eigen::Vector3d::Unit(k) * n.transpose();
-    image.by_center.col(k) = step_of(dual, image.value, c_step + c_step.transpose());
-    image.by_normal.col(k) = step_of(dual, image.value, r2 * (n_step + n_step.transpose()));
-  }
-  image.by_radius = step_of(dual, image.value, -2 * radius_m * flat);
+  const Eigen::Matrix<double, 5, 6> outer = by_dual(image.value, dual[5]);
+  image.by_center.noalias() = outer * square_by(center_camera_m);
+  image.by_normal.noalias() = outer * (r2 * square_by(normal_camera));
+  image.by_radius.noalias() = outer * (-2 * radius_m * flat);
   return image;
 }
 

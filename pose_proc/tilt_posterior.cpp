@@ -22,6 +22,7 @@ constexpr double apart_sigmas = 6;
 /// Else they are evenly spaced over all but a thousandth of the noise, one of them where the integrand has
 /// its pole, that many sigma from the mean.
 constexpr double spacing = 0.6, reach = 3.3;
+constexpr double least_weight = 0.0043;  // that of a node at the reach: the corners beyond it are left out
 
 Rule grid(double pole) {
   Rule rule{{}, {}, 0};
@@ -168,12 +169,14 @@ std::array<ConeCircle, 2> circles_on(const NoisyCone& cone, double radius_m,
   std::array<Sums, 2> sums;
   for (std::size_t i = 0; i < split.x.count; ++i)
     for (std::size_t j = 0; j < split.y.count; ++j) {
+      const double gaussian = split.x.weight[i] * split.y.weight[j];
+      if (gaussian < least_weight) continue;
       const Eigen::Vector2d step = split.root * Eigen::Vector2d(split.x.at[i], split.y.at[j]);
       const Eigen::Vector2d at = moved(split, step);
       const Eigen::Vector3d along = rest.by_split * step;
       const double length2 = at.squaredNorm() + pole;
       const double prior = length2 > 0 ? 1 / std::sqrt(length2 * std::sqrt(length2)) : 1;
-      const double weight = split.x.weight[i] * split.y.weight[j] * prior;
+      const double weight = gaussian * prior;
       const UnitCircle circle = unit_circle(at, std::max(cone.mean + along.z(), 1e-3 * cone.mean));
       const double t2 = circle.normal.head<2>().squaredNorm();
       const double spread = cell_variance > 0 ? cell_variance / (4 * t2 + std::sqrt(cell_variance)) : 0;
