@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "pose_proc/plane_fit.hpp"
+#include "pose_proc/layout_pose.hpp"
 #include "pose_proc/pose.hpp"
 #include "tests/support/measured_circle.hpp"
 
@@ -200,4 +200,51 @@ TEST_CASE("the circles of a deck: the covariance holds, and the normal is far be
     CHECK(normal_d2 / normals / 2 < 1.3);
     CHECK(together / normals < alone / 400 / (count == 4 ? 10 : 1.5));
   }
+}
+
+TEST_CASE("four circles of a known layout: turn and origin, with the covariance that they have") {
+  std::mt19937 random(15);
+  const std::vector<Eigen::Vector2d> plan_m{{0.8, 0.8}, {0.8, -0.8}, {-0.8, -0.8}, {-0.8, 0.8}};
+  constexpr int draws = 500;
+  double d2 = 0, chi_squared = 0, heading_rad2 = 0, range_m2 = 0, range_alone_m2 = 0;
+  for (int i = 0; i < draws; ++i) {
+    const Circle middle = circle_at(camera, range(random, 260, 380), range(random, 190, 290),
+                                    range(random, 3.5, 6), range(random, 0, 20) * deg, range(random, -3, 3));
+    Eigen::Matrix3d camera_from_deck;
+    const Eigen::Vector3d x =
+        Eigen::AngleAxisd(range(random, -3, 3), middle.normal) * middle.normal.unitOrthogonal();
+    camera_from_deck << x, (-middle.normal).cross(x), -middle.normal;
+    std::vector<LayoutMark> marks;
+    for (const Eigen::Vector2d& place : plan_m) {
+      Circle circle = middle;
+      circle.center_m += camera_from_deck.leftCols<2>() * place;
+      const auto fit = measured(circle, 0.1, 0, random);
+      REQUIRE(fit);
+      const CircleSolution alone = right_one(conic_pose(*fit, camera, 0.5)->solutions, circle);
+      marks.push_back({edge_image(*fit, camera), 0.5, place, alone.center_camera_m});
+      if (marks.size() == 1)
+        range_alone_m2 += std::pow(alone.center_camera_m.norm() - circle.center_m.norm(), 2);
+    }
+    const auto pose = layout_pose(marks, middle.normal);
+    REQUIRE(pose);
+    const Eigen::AngleAxisd turn(camera_from_deck * pose->camera_from_deck.transpose());
+    Eigen::Matrix<double, 6, 1> error;
+    error << turn.angle() * turn.axis(), middle.center_m - pose->origin_camera_m;
+    d2 += error.dot(pose->covariance.ldlt().solve(error));
+    chi_squared += pose->chi_squared / pose->freedom;
+    heading_rad2 += std::pow(turn.angle() * turn.axis().dot(middle.normal), 2);
+    range_m2 += std::pow(pose->origin_camera_m.norm() - middle.center_m.norm(), 2);
+  }
+  INFO("NEES/6 " << d2 / draws / 6 << ", chi^2 " << chi_squared / draws << ", heading "
+                 << std::sqrt(heading_rad2 / draws) / deg << " deg, range " << std::sqrt(range_m2 / draws)
+                 << " m, of one circle alone " << std::sqrt(range_alone_m2 / draws));
+  CHECK(d2 / draws / 6 > 0.85);
+  CHECK(d2 / draws / 6 < 1.25);
+  CHECK(chi_squared / draws == Approx(1).margin(0.1));
+  CHECK(std::sqrt(heading_rad2 / draws) < 0.05 * deg);
+  CHECK(range_m2 < range_alone_m2 / 4);
+  if (std::getenv("STEVEDORE_SHOW"))
+    std::printf("layout: NEES/6 %.2f heading %.4f deg range %.2f mm, alone %.2f mm\n", d2 / draws / 6,
+                std::sqrt(heading_rad2 / draws) / deg, 1e3 * std::sqrt(range_m2 / draws),
+                1e3 * std::sqrt(range_alone_m2 / draws));
 }
