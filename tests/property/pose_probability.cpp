@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "pose_proc/pose.hpp"
+#include "pose_proc/ring_pose.hpp"
 #include "tests/support/measured_circle.hpp"
 
 using namespace stevedore;
@@ -183,4 +184,62 @@ TEST_CASE(
   CHECK(count > 5000);
   CHECK(wrong <= count / 200);
   CHECK(surely_wrong == 0);
+}
+
+TEST_CASE("a ring tells by itself which way it leans") {
+  std::mt19937 random(25);
+  int right = 0, count = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Circle outer =
+        circle_at(camera, range(random, 200, 440), range(random, 150, 330), range(random, 1.6, 3),
+                  range(random, 20, 35) * deg, range(random, -3.1, 3.1));
+    Circle inner = outer;
+    inner.radius_m = 0.4;
+    const auto outer_fit = measured(outer, 0.05, 0, random), inner_fit = measured(inner, 0.05, 0, random);
+    if (theta_of(outer) < 6 * deg || !outer_fit || !inner_fit) continue;
+    const auto alone = conic_pose(*outer_fit, camera, 0.5);
+    REQUIRE(alone);
+    const auto ring = ring_pose(*outer_fit, *inner_fit, camera, 0.5, alone->solutions);
+    REQUIRE(ring);
+    const auto off = [&](std::size_t k) { return (alone->solutions[k].normal_camera - outer.normal).norm(); };
+    right += (ring->log_odds > 0) == (off(0) < off(1));
+    ++count;
+    // what is not of one ring is left out: an inner edge whose centre is elsewhere
+    EllipseFit bucket = *inner_fit;
+    bucket.ellipse.u_px += 6;
+    REQUIRE_FALSE(ring_pose(*outer_fit, bucket, camera, 0.5, alone->solutions));
+  }
+  INFO(right << " of " << count);
+  CHECK(count > 400);
+  CHECK(right > 0.99 * count);
+}
+
+TEST_CASE(
+    "four circles of a deck tell by themselves which way it leans; a fifth that is elsewhere stays alone") {
+  std::mt19937 random(26);
+  PoseSettings blind;
+  blind.camera_tilt_sigma_deg = 45;
+  int right = 0, count = 0, stranger_alone = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Circle first = circle_at(camera, range(random, 200, 300), range(random, 150, 240),
+                                   range(random, 3, 6), range(random, 6, 25) * deg, range(random, -3.1, 3.1));
+    const Eigen::Vector3d x = first.normal.unitOrthogonal(), y = first.normal.cross(x);
+    std::vector<MarkImage> marks;
+    for (int k = 0; k < 5; ++k) {
+      Circle circle = first;
+      circle.center_m += 1.6 * ((k & 1) * x + (k & 2) / 2 * y);
+      if (k == 4) circle = circle_at(camera, 500, 100, 6, 30 * deg, range(random, -3.1, 3.1));
+      const auto fit = measured(circle, 0.1, 0, random);
+      REQUIRE(fit);
+      marks.push_back({*fit, {}, Label::circle, {}});
+    }
+    const auto poses = estimate_poses(marks, camera, {}, blind);
+    if (theta_of(first) < 4 * deg) continue;
+    ++count;
+    right += is_right(poses[0], first);
+    stranger_alone += poses[4].deck != poses[0].deck;
+  }
+  INFO(right << " right, " << stranger_alone << " strangers alone, of " << count);
+  CHECK(right > 0.98 * count);
+  CHECK(stranger_alone > 0.95 * count);
 }
