@@ -243,3 +243,26 @@ TEST_CASE(
   CHECK(right > 0.98 * count);
   CHECK(stranger_alone > 0.95 * count);
 }
+
+TEST_CASE("a small ring's odds come true") {
+  std::mt19937 random(27);
+  int right = 0, count = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Circle outer = circle_at(camera, 319.5, 239.5, range(random, 5, 8), range(random, 15, 30) * deg,
+                                   range(random, -3.1, 3.1));
+    Circle inner = outer;
+    inner.radius_m = 0.4;
+    const auto outer_fit = measured(outer, 0.1, 0, random), inner_fit = measured(inner, 0.1, 0, random);
+    if (!outer_fit || !inner_fit) continue;
+    const auto alone = conic_pose(*outer_fit, camera, 0.5);
+    REQUIRE(alone);
+    const auto ring = ring_pose(*outer_fit, *inner_fit, camera, 0.5, alone->solutions);
+    if (!ring || std::abs(ring->log_odds) < 1) continue;
+    const auto off = [&](std::size_t k) { return (alone->solutions[k].normal_camera - outer.normal).norm(); };
+    right += (ring->log_odds > 0) == (off(0) < off(1));
+    ++count;
+  }
+  INFO(right << " of " << count);
+  CHECK(count > 50);
+  CHECK(right > 0.75 * count);
+}
