@@ -215,7 +215,8 @@ TEST_CASE("a ring tells by itself which way it leans") {
 }
 
 TEST_CASE(
-    "four circles of a deck tell by themselves which way it leans; a fifth that is elsewhere stays alone") {
+    "four circles of a deck tell by themselves which way it leans, and a fifth that is elsewhere stays "
+    "alone") {
   std::mt19937 random(26);
   PoseSettings blind;
   blind.camera_tilt_sigma_deg = 45;
