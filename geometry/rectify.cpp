@@ -1,12 +1,12 @@
 #include "geometry/rectify.hpp"
 
 #include <Eigen/QR>
-#include <cmath>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 #include <opencv2/imgproc.hpp>
-#include <vector>
+
+#include "geometry/lens.hpp"
 
 namespace stevedore {
 namespace {
@@ -21,34 +21,6 @@ cv::Mat matrix(const Pinhole& pinhole) {
 
 bool same(const Pinhole& a, const Pinhole& b) {
   return a.width_px == b.width_px && a.height_px == b.height_px && a.matrix() == b.matrix();
-}
-
-/// Brown (1966) as OpenCV's calib3d page writes it; ray is (x/z, y/z).
-Eigen::Vector2d plumb_bob(const std::vector<double>& k, const Eigen::Vector2d& ray) {
-  const double x = ray.x(), y = ray.y(), r2 = ray.squaredNorm();
-  const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-  return {x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
-          y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y};
-}
-
-/// Kannala and Brandt (2006): the radius is an odd polynomial of the angle from the optical axis.
-Eigen::Vector2d equidistant(const std::vector<double>& k, const Eigen::Vector2d& ray) {
-  const double r = ray.norm();
-  if (r < 1e-12) return ray;  // on the axis nothing moves, and the quotient below is 0 / 0
-  const double angle = std::atan(r), a2 = angle * angle;
-  return ray * (angle * (1 + a2 * (k[0] + a2 * (k[1] + a2 * (k[2] + a2 * k[3])))) / r);
-}
-
-Eigen::Vector2d distort_ray(const CameraModel& camera, const Eigen::Vector2d& ray) {
-  switch (camera.distortion) {
-    case Distortion::none:
-      return ray;
-    case Distortion::plumb_bob:
-      return plumb_bob(camera.coefficients, ray);
-    case Distortion::equidistant:
-      return equidistant(camera.coefficients, ray);
-  }
-  return ray;
 }
 
 }  // namespace
@@ -79,27 +51,14 @@ cv::Mat rectify(const cv::Mat& given, const RectifyMaps& maps) {
 }
 
 Eigen::Vector2d distort(const CameraModel& camera, const Eigen::Vector2d& rectified_px) {
-  const Eigen::Vector2d ray = distort_ray(camera, camera.rectified.unproject(rectified_px).head<2>());
-  return camera.given.project(ray.homogeneous());
+  const MappedPoint bent = distort_ray(camera, camera.rectified.unproject(rectified_px).head<2>());
+  return camera.given.project(bent.point.homogeneous());
 }
 
 std::optional<Eigen::Vector2d> undistort(const CameraModel& camera, const Eigen::Vector2d& given_px) {
-  // Newton with a numeric Jacobian. It starts on the axis' side of the answer for barrel lenses, where the
-  // models are monotone; ten steps are twice what 1e-9 px takes at the corner of a 120-degree lens.
-  constexpr double step = 1e-6, done_px = 1e-9;
-  const Eigen::Vector2d target = camera.given.unproject(given_px).head<2>();
-  Eigen::Vector2d ray = target;
-  for (int i = 0; i < 10; ++i) {
-    const Eigen::Vector2d miss = distort_ray(camera, ray) - target;
-    if (miss.norm() * camera.given.fx_px < done_px) return camera.rectified.project(ray.homogeneous());
-    Eigen::Matrix2d jacobian;
-    for (int axis = 0; axis < 2; ++axis) {
-      const Eigen::Vector2d d = step * Eigen::Vector2d::Unit(axis);
-      jacobian.col(axis) = (distort_ray(camera, ray + d) - distort_ray(camera, ray - d)) / (2 * step);
-    }
-    ray -= jacobian.inverse() * miss;
-  }
-  return std::nullopt;
+  const auto ray = undistort_ray(camera, camera.given.unproject(given_px).head<2>());
+  if (!ray) return std::nullopt;
+  return camera.rectified.project(ray->point.homogeneous());
 }
 
 std::optional<Ellipse> distort(const CameraModel& camera, const Ellipse& rectified) {

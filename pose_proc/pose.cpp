@@ -1,16 +1,103 @@
 #include "pose_proc/pose.hpp"
 
+#include <cmath>
+#include <utility>
+
+#include "pose_proc/common_error.hpp"
+#include "pose_proc/deck.hpp"
+#include "pose_proc/ring_pose.hpp"
+
 namespace stevedore {
 namespace {
 
-void solve_by_conic(CirclePose& pose, const EllipseFit& outer, const Pinhole& camera,
-                    const std::optional<Gravity>& gravity, const std::optional<PreviousChoice>& previous,
-                    const PoseSettings& settings) {
-  const auto both = conic_pose(outer, camera, pose.radius_m);
-  if (!both) return;
-  const SolutionChoice choice = choose_solution(*both, gravity, previous, settings);
-  for (std::size_t i = 0; i < 2; ++i) pose.solutions.push_back({choice.solutions[i], choice.probability[i]});
-  pose.chosen_by = choice.chosen_by;
+/// A mark on the way to its pose. Odds are of the first of the pair.
+struct Solving {
+  CirclePair pair;
+  LogOdds odds;
+  double ring_log_odds = 0, beam_log_odds = 0;  ///< parts of odds.now
+  std::optional<EdgeImage> inner;               ///< where it is this ring's
+};
+
+std::optional<Solving> solve_alone(const MarkImage& mark, double radius_m, const Pinhole& camera,
+                                   const Surroundings& surroundings, const PoseSettings& settings) {
+  const ExpectedNormal expected = expected_normal(surroundings.gravity, settings);
+  const auto pair = conic_pose(mark.outer, camera, radius_m, expected);
+  if (!pair) return std::nullopt;
+  Solving solving{*pair, {}, 0, 0, {}};
+  if (mark.inner)
+    if (const auto ring = ring_pose(mark.outer, *mark.inner, camera, radius_m, pair->solutions)) {
+      solving.pair.solutions = ring->solutions;
+      solving.ring_log_odds = ring->log_odds;
+      solving.inner = edge_image(*mark.inner, camera);
+    }
+  if (surroundings.beam) solving.beam_log_odds = beam_log_odds(solving.pair.solutions, *surroundings.beam);
+  solving.odds.now =
+      std::log(pair->likelihood[0] / pair->likelihood[1]) + solving.ring_log_odds + solving.beam_log_odds;
+  if (mark.previous) {
+    solving.odds.before = previous_log_odds(solving.pair.solutions, *mark.previous, settings);
+    solving.odds.elapsed_s = mark.previous->elapsed_s;
+  }
+  return solving;
+}
+
+/// Circles that agree on a plane get what it says. Returns each mark's deck, -1 for none.
+std::vector<int> solve_decks(const std::vector<MarkImage>& marks,
+                             std::vector<std::optional<Solving>>& solving, double radius_m,
+                             const Pinhole& camera, const ExpectedNormal& expected) {
+  std::vector<LoneCircle> circles;
+  std::vector<std::size_t> mark_of;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (!solving[i] || marks[i].label != Label::circle) continue;
+    circles.push_back({solving[i]->pair.solutions,
+                       {edge_image(marks[i].outer, camera), solving[i]->inner, radius_m, {}},
+                       solving[i]->ring_log_odds,
+                       solving[i]->beam_log_odds});
+    mark_of.push_back(i);
+  }
+  std::vector<int> deck_of(marks.size(), -1);
+  int number = 0;
+  for (const Deck& deck : find_decks(circles, expected)) {
+    for (const Deck::Member& member : deck.members) {
+      Solving& one = *solving[mark_of[member.circle]];
+      one.pair.solutions[member.solution] = member.joint;
+      one.odds.now = member.solution == 0 ? deck.log_odds : -deck.log_odds;
+      deck_of[mark_of[member.circle]] = number;
+    }
+    ++number;
+  }
+  return deck_of;
+}
+
+void choose(CirclePose& pose, const Solving& solving, bool with_gravity) {
+  const double p = probability_of(solving.odds);
+  pose.solutions = {{solving.pair.solutions[0], p}, {solving.pair.solutions[1], 1 - p}};
+  if (p < 0.5) std::swap(pose.solutions[0], pose.solutions[1]);
+  pose.chosen_by = chosen_by(solving.odds, with_gravity);
+}
+
+std::vector<CirclePose> with_radii(const std::vector<MarkImage>& marks, const PoseSettings& settings) {
+  std::vector<CirclePose> poses(marks.size());
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const auto radius_m = radius_of(marks[i].label, settings);
+    poses[i].radius_m = radius_m.value_or(0);
+    if (!radius_m) poses[i].reason = NoPose::radius_unknown;
+  }
+  return poses;
+}
+
+void solve_by_conic(std::vector<CirclePose>& poses, const std::vector<MarkImage>& marks,
+                    const Pinhole& camera, const Surroundings& surroundings, const PoseSettings& settings) {
+  std::vector<std::optional<Solving>> solving(marks.size());
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (poses[i].radius_m > 0)
+      solving[i] = solve_alone(marks[i], poses[i].radius_m, camera, surroundings, settings);
+  const auto deck_of = solve_decks(marks, solving, settings.circle_radius_m, camera,
+                                   expected_normal(surroundings.gravity, settings));
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (!solving[i]) continue;
+    choose(poses[i], *solving[i], surroundings.gravity.has_value());
+    poses[i].deck = deck_of[i];
+  }
 }
 
 void solve_by_four_points(CirclePose& pose, const EllipseFit& outer, const Pinhole& camera) {
@@ -44,22 +131,26 @@ std::optional<double> radius_of(Label label, const PoseSettings& settings) {
   return std::nullopt;
 }
 
-CirclePose estimate_pose(const EllipseFit& outer, Label label, const Pinhole& camera,
-                         const std::optional<Gravity>& gravity, const std::optional<PreviousChoice>& previous,
-                         const PoseSettings& settings) {
-  CirclePose pose;
-  const std::optional<double> radius_m = radius_of(label, settings);
-  if (!radius_m) {
-    pose.reason = NoPose::radius_unknown;
-    return pose;
+std::vector<CirclePose> estimate_poses(const std::vector<MarkImage>& marks, const Pinhole& camera,
+                                       const Surroundings& surroundings, const PoseSettings& settings) {
+  std::vector<CirclePose> poses = with_radii(marks, settings);
+  if (settings.method == "four_point") {
+    for (std::size_t i = 0; i < marks.size(); ++i)
+      if (poses[i].radius_m > 0) solve_by_four_points(poses[i], marks[i].outer, camera);
+  } else {
+    solve_by_conic(poses, marks, camera, surroundings, settings);
   }
-  pose.radius_m = *radius_m;
-  if (settings.method == "four_point")
-    solve_by_four_points(pose, outer, camera);
-  else
-    solve_by_conic(pose, outer, camera, gravity, previous, settings);
-  if (pose.solutions.empty()) pose.reason = NoPose::not_solvable;
-  return pose;
+  for (CirclePose& pose : poses) {
+    if (pose.solutions.empty() && pose.reason == NoPose::none) pose.reason = NoPose::not_solvable;
+    for (PoseSolution& solution : pose.solutions)
+      solution.circle.covariance_m2 += common_error(solution.circle.center_camera_m, camera, settings);
+  }
+  return poses;
+}
+
+CirclePose estimate_pose(const MarkImage& mark, const Pinhole& camera, const Surroundings& surroundings,
+                         const PoseSettings& settings) {
+  return estimate_poses({mark}, camera, surroundings, settings).front();
 }
 
 }  // namespace stevedore

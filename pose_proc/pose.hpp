@@ -1,10 +1,10 @@
-// From one detection to the pose of its circle: method, radius and choice between solutions in one call.
+// From the marks of one frame to the poses of their circles: method, radius, ring, deck and choice in one
+// call.
 #pragma once
 
 #include <optional>
 #include <vector>
 
-#include "geometry/attitude.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/detection.hpp"
 #include "pose_proc/circle_pose.hpp"
@@ -29,14 +29,27 @@ struct CirclePose {
   double radius_m = 0;  ///< assumed; 0 when unknown
   ChosenBy chosen_by = ChosenBy::none;
   NoPose reason = NoPose::none;  ///< why there is no solution
+  int deck = -1;  ///< marks of one frame with the same number were solved on one plane; -1: alone
+};
+
+/// One mark of a frame, in pixels of the camera given.
+struct MarkImage {
+  EllipseFit outer;
+  std::optional<EllipseFit> inner;  ///< of a painted ring
+  Label label = Label::unknown;
+  std::optional<PreviousChoice> previous;
 };
 
 /// The radius a label stands for; nothing for unknown.
 std::optional<double> radius_of(Label label, const PoseSettings& settings);
 
-/// Pose from the detection's outer ellipse, in pixels of the camera given.
-CirclePose estimate_pose(const EllipseFit& outer, Label label, const Pinhole& camera,
-                         const std::optional<Gravity>& gravity, const std::optional<PreviousChoice>& previous,
+/// The poses of all marks of one frame, in their order. Painted circles that agree on a plane share it: their
+/// centres and normals are then those of the joint fit, whose error they have in common.
+std::vector<CirclePose> estimate_poses(const std::vector<MarkImage>& marks, const Pinhole& camera,
+                                       const Surroundings& surroundings, const PoseSettings& settings);
+
+/// One mark by itself.
+CirclePose estimate_pose(const MarkImage& mark, const Pinhole& camera, const Surroundings& surroundings,
                          const PoseSettings& settings);
 
 }  // namespace stevedore

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
 
 #include "lcmtypes/convert.hpp"
 
@@ -53,32 +54,8 @@ circle_solution_t to_message(const PoseSolution& solution) {
   return message;
 }
 
-}  // namespace
-
-PoseStage::PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus)
-    : bus_(bus), settings_(settings), camera_(camera) {
-  bus_.subscribe<tracks_t>(channels::tracks, [this](const tracks_t& m) { on_tracks(m); });
-  bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
-                                  [this](const vehicle_state_t& m) { keep(vehicle_states_, m); });
-  bus_.subscribe<gimbal_state_t>(channels::gimbal_state,
-                                 [this](const gimbal_state_t& m) { keep(gimbal_states_, m); });
-}
-
-std::optional<Gravity> PoseStage::gravity_at(int64_t utime) const {
-  const gimbal_state_t* gimbal = nearest(gimbal_states_, utime, channels::gimbal_state);
-  const vehicle_state_t* vehicle = nearest(vehicle_states_, utime, channels::vehicle_state);
-  if (!camera_ || !vehicle) return std::nullopt;
-  if (!gimbal && !gimbal_states_.empty())
-    return std::nullopt;  // there is a gimbal, and nobody knows how it stands
-  const double* q = vehicle->ned_from_body;
-  const GimbalAngles angles = gimbal ? GimbalAngles{gimbal->roll_rad, gimbal->pitch_rad} : GimbalAngles{};
-  const double variance = (vehicle->attitude_variance_rad2[0] + vehicle->attitude_variance_rad2[1]) / 2;
-  return Gravity{
-      gravity_in_camera(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(), angles, camera_->mount),
-      std::sqrt(variance)};
-}
-
-pose_t PoseStage::pose_of(const track_t& track, const std::optional<Gravity>& gravity) {
+/// What POSES repeats of a track.
+pose_t mark_message(const track_t& track) {
   pose_t pose{};
   pose.track_id = track.id;
   pose.ellipse_index = track.ellipse_index;
@@ -92,38 +69,115 @@ pose_t PoseStage::pose_of(const track_t& track, const std::optional<Gravity>& gr
   pose.kind = track.ellipse.kind;
   pose.label = track.ellipse.label;
   pose.occupied = track.ellipse.occupied;
-  if (!camera_) {
-    pose.reason = "no camera file";
-    return pose;
-  }
-  if (!fits_camera_) {
-    pose.reason = "the frame is not of the camera file's size";
-    return pose;
-  }
-  const Detection detection = from_message(track.ellipse);
-  const auto before = previous_.find(track.id);
-  const CirclePose estimate =
-      estimate_pose(detection.outer, detection.label, camera_->rectified, gravity,
-                    before == previous_.end() ? std::nullopt : std::optional(before->second), settings_);
+  return pose;
+}
+
+void add_estimate(pose_t& pose, const CirclePose& estimate, const std::optional<Gravity>& gravity) {
   pose.radius_m = estimate.radius_m;
   pose.chosen_by = to_message(estimate.chosen_by);
   pose.reason = reason_text(estimate.reason);
   for (const PoseSolution& solution : estimate.solutions) pose.solutions.push_back(to_message(solution));
   pose.solution_count = static_cast<int16_t>(pose.solutions.size());
-  if (estimate.solutions.empty()) return pose;
+  if (estimate.solutions.empty() || !gravity) return;
+  pose.has_level = 1;
+  Eigen::Map<Eigen::Vector3d>(pose.center_level_m) =
+      level_from_camera(gravity->direction_camera) * estimate.solutions.front().circle.center_camera_m;
+}
 
-  const PoseSolution& chosen = estimate.solutions.front();
-  previous_[track.id] = {chosen.circle.normal_camera, chosen.probability};
-  if (gravity) {
-    pose.has_level = 1;
-    Eigen::Map<Eigen::Vector3d>(pose.center_level_m) =
-        level_from_camera(gravity->direction_camera) * chosen.circle.center_camera_m;
+}  // namespace
+
+Gravity PoseStage::Attitude::gravity() const {
+  return {(ned_from_body * body_from_camera).transpose() * Eigen::Vector3d::UnitZ(), sigma_rad};
+}
+
+PoseStage::PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus)
+    : bus_(bus), settings_(settings), camera_(camera) {
+  bus_.subscribe<tracks_t>(channels::tracks, [this](const tracks_t& m) { on_tracks(m); });
+  bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
+                                  [this](const vehicle_state_t& m) { keep(vehicle_states_, m); });
+  bus_.subscribe<gimbal_state_t>(channels::gimbal_state,
+                                 [this](const gimbal_state_t& m) { keep(gimbal_states_, m); });
+  bus_.subscribe<altimeter_t>(channels::altimeter, [this](const altimeter_t& m) { keep(altimeter_, m); });
+}
+
+std::optional<PoseStage::Attitude> PoseStage::attitude_at(int64_t utime) const {
+  const gimbal_state_t* gimbal = nearest(gimbal_states_, utime, channels::gimbal_state);
+  const vehicle_state_t* vehicle = nearest(vehicle_states_, utime, channels::vehicle_state);
+  if (!camera_ || !vehicle) return std::nullopt;
+  if (!gimbal && !gimbal_states_.empty())
+    return std::nullopt;  // there is a gimbal, and nobody knows how it stands
+  const double* q = vehicle->ned_from_body;
+  const GimbalAngles angles = gimbal ? GimbalAngles{gimbal->roll_rad, gimbal->pitch_rad} : GimbalAngles{};
+  const double variance = (vehicle->attitude_variance_rad2[0] + vehicle->attitude_variance_rad2[1]) / 2;
+  return Attitude{Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix(),
+                  body_from_camera(angles, camera_->mount), std::sqrt(variance)};
+}
+
+std::optional<BeamRange> PoseStage::beam_at(int64_t utime, const Attitude& attitude) const {
+  const altimeter_t* altimeter = nearest(altimeter_, utime, channels::altimeter);
+  if (!altimeter || !altimeter->valid) return std::nullopt;
+  const Eigen::Matrix3d camera_from_body = attitude.body_from_camera.transpose();
+  const Eigen::Vector3d origin_body_m(settings_.altimeter_forward_m, settings_.altimeter_right_m,
+                                      settings_.altimeter_down_m);
+  return BeamRange{camera_from_body * origin_body_m, camera_from_body * Eigen::Vector3d::UnitZ(),
+                   altimeter->range_m, std::sqrt(altimeter->variance_m2)};
+}
+
+std::optional<PreviousChoice> PoseStage::previous_of(int64_t track_id, int64_t utime,
+                                                     const Eigen::Matrix3d& world_from_camera) const {
+  const auto before = previous_.find(track_id);
+  if (before == previous_.end()) return std::nullopt;
+  const Believed& b = before->second;
+  if (b.in_ned != previous_in_ned_now_) return std::nullopt;  // attitude came or went: no common frame
+  return PreviousChoice{
+      {world_from_camera.transpose() * b.normal_world[0], world_from_camera.transpose() * b.normal_world[1]},
+      b.probability,
+      static_cast<double>(utime - b.utime) * 1e-6};
+}
+
+const char* PoseStage::obstacle() const {
+  if (!camera_) return "no camera file";
+  return fits_camera_ ? nullptr : "the frame is not of the camera file's size";
+}
+
+std::vector<CirclePose> PoseStage::estimates_of(const tracks_t& tracks,
+                                                const std::optional<Attitude>& attitude) {
+  const int64_t utime = tracks.header.utime;
+  const Eigen::Matrix3d world_from_camera =
+      attitude ? Eigen::Matrix3d(attitude->ned_from_body * attitude->body_from_camera)
+               : Eigen::Matrix3d::Identity();
+  previous_in_ned_now_ = attitude.has_value();
+  std::vector<MarkImage> marks;
+  for (const track_t& track : tracks.tracks) {
+    const Detection detection = from_message(track.ellipse);
+    std::optional<EllipseFit> inner;
+    if (detection.inner && track.ellipse_index >= 0) inner = detection.inner;  // measured, not predicted
+    marks.push_back(
+        {detection.outer, inner, detection.label, previous_of(track.id, utime, world_from_camera)});
   }
-  return pose;
+  Surroundings surroundings;
+  if (attitude) {
+    surroundings.gravity = attitude->gravity();
+    surroundings.beam = beam_at(utime, *attitude);
+  }
+  const auto estimates = estimate_poses(marks, camera_->rectified, surroundings, settings_);
+  std::map<int64_t, Believed> believed;  // of the tracks that are still there
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    if (estimates[i].solutions.size() < 2) continue;
+    const auto& [first, second] = std::tie(estimates[i].solutions[0], estimates[i].solutions[1]);
+    believed[tracks.tracks[i].id] = {
+        {world_from_camera * first.circle.normal_camera, world_from_camera * second.circle.normal_camera},
+        first.probability,
+        utime,
+        attitude.has_value()};
+  }
+  previous_ = std::move(believed);
+  return estimates;
 }
 
 void PoseStage::on_tracks(const tracks_t& tracks) {
-  const std::optional<Gravity> gravity = gravity_at(tracks.header.utime);
+  const std::optional<Attitude> attitude = attitude_at(tracks.header.utime);
+  const std::optional<Gravity> gravity = attitude ? std::optional(attitude->gravity()) : std::nullopt;
   fits_camera_ = camera_ && tracks.width_px == camera_->rectified.width_px &&
                  tracks.height_px == camera_->rectified.height_px;
   poses_t poses{};
@@ -136,14 +190,17 @@ void PoseStage::on_tracks(const tracks_t& tracks) {
   poses.has_gravity = gravity.has_value();
   if (gravity) Eigen::Map<Eigen::Vector3d>(poses.gravity_camera) = gravity->direction_camera;
 
-  std::map<int64_t, PreviousChoice> previous;
-  for (const track_t& track : tracks.tracks) {
-    pose_t pose = pose_of(track, gravity);
-    pose.is_target = track.id == tracks.target_id;
+  const char* why_not = obstacle();
+  const auto estimates = why_not ? std::vector<CirclePose>() : estimates_of(tracks, attitude);
+  for (std::size_t i = 0; i < tracks.tracks.size(); ++i) {
+    pose_t pose = mark_message(tracks.tracks[i]);
+    pose.is_target = tracks.tracks[i].id == tracks.target_id;
+    if (why_not)
+      pose.reason = why_not;
+    else
+      add_estimate(pose, estimates[i], gravity);
     poses.poses.push_back(pose);
-    if (const auto choice = previous_.find(track.id); choice != previous_.end()) previous.insert(*choice);
   }
-  previous_ = std::move(previous);  // of the tracks that are still there
   poses.count = static_cast<int16_t>(poses.poses.size());
   bus_.publish(channels::poses, poses);
 }

@@ -1,63 +1,93 @@
 #include "pose_proc/solution_choice.hpp"
 
-#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 namespace stevedore {
 namespace {
 
 constexpr double rad_per_deg = std::numbers::pi / 180;
 
-struct Expectation {
-  Eigen::Vector3d normal_camera;
-  double variance_rad2;
-  double probability;  ///< that the normal is there at all; else the other solution's is
-  ChosenBy evidence;
-};
+/// Decks roll and pitch with periods of 5 to 7 s, attitude errors wander as slowly: about a quarter of a
+/// period later they are independent.
+constexpr double independent_after_s = 1.5;
+
+/// One choice in a thousand is wrong for a reason that none of the evidence knows: another circle under the
+/// same track, an edge that is not the circle's.
+constexpr double unforeseen = 1e-3;
+
+/// Beams range to 20 m or so, and what else they hit may be at any distance.
+constexpr double elsewhere_density = 1.0 / 20;  // 1/m
 
 double squared(double x) {
   return x * x;
 }
 
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
+double beam_likelihood(const CircleSolution& circle, const BeamRange& beam) {
+  const Eigen::Vector3d& n = circle.normal_camera;
+  const double closing = n.dot(beam.direction_camera);
+  if (closing > -0.1) return elsewhere_density;  // all but along the plane: hits it nowhere near
+  const double range_m = n.dot(circle.center_camera_m - beam.origin_camera_m) / closing;
+  // the foot of the beam moves along the normal by centre and tilt
+  const Eigen::Vector3d from_center =
+      beam.origin_camera_m + range_m * beam.direction_camera - circle.center_camera_m;
+  const double variance_m2 =
+      squared(beam.sigma_m) +
+      (n.dot(circle.covariance_m2 * n) + from_center.dot(circle.normal_covariance_rad2 * from_center)) /
+          squared(closing);
+  const double on_plane = std::exp(-squared(range_m - beam.range_m) / (2 * variance_m2)) /
+                          std::sqrt(2 * std::numbers::pi * variance_m2);
+  return (on_plane + elsewhere_density) / 2;
 }
 
-Expectation expectation(const std::optional<Gravity>& gravity, const std::optional<PreviousChoice>& previous,
-                        const PoseSettings& settings) {
-  const double deck_variance = squared(settings.deck_tilt_sigma_deg * rad_per_deg);
-  if (gravity)
-    return {-gravity->direction_camera,
-            squared(gravity->sigma_rad) + squared(settings.attitude_sigma_deg * rad_per_deg) + deck_variance,
-            1, ChosenBy::attitude};
-  if (previous)
-    return {previous->normal_camera, squared(settings.turn_sigma_deg * rad_per_deg), previous->probability,
-            ChosenBy::continuity};
-  return {-Eigen::Vector3d::UnitZ(), squared(settings.camera_tilt_sigma_deg * rad_per_deg) + deck_variance, 1,
-          ChosenBy::optical_axis};
+double continuation(const CircleSolution& now, const Eigen::Vector3d& before, double variance_rad2) {
+  return density({before, variance_rad2}, now.normal_camera, now.normal_covariance_rad2);
+}
+
+double weight_of_now(const LogOdds& odds) {
+  return odds.before ? std::min(1.0, odds.elapsed_s / independent_after_s) : 1;
 }
 
 }  // namespace
 
-SolutionChoice choose_solution(const std::array<CircleSolution, 2>& solutions,
-                               const std::optional<Gravity>& gravity,
-                               const std::optional<PreviousChoice>& previous, const PoseSettings& settings) {
-  const Expectation expected = expectation(gravity, previous, settings);
-  // one variance for both: with one each, the solution measured worse would gain from being worse
+ExpectedNormal expected_normal(const std::optional<Gravity>& gravity, const PoseSettings& settings) {
+  const double deck_variance = squared(settings.deck_tilt_sigma_deg * rad_per_deg);
+  if (!gravity)
+    return {-Eigen::Vector3d::UnitZ(), squared(settings.camera_tilt_sigma_deg * rad_per_deg) + deck_variance};
+  return {-gravity->direction_camera,
+          squared(gravity->sigma_rad) + squared(settings.attitude_sigma_deg * rad_per_deg) + deck_variance};
+}
+
+double beam_log_odds(const std::array<CircleSolution, 2>& solutions, const BeamRange& beam) {
+  return std::log(beam_likelihood(solutions[0], beam) / beam_likelihood(solutions[1], beam));
+}
+
+double previous_log_odds(const std::array<CircleSolution, 2>& solutions, const PreviousChoice& previous,
+                         const PoseSettings& settings) {
+  constexpr double nominal_s = 1.0 / 30;  // which the setting is for
   const double variance_rad2 =
-      expected.variance_rad2 + (solutions[0].normal_variance_rad2 + solutions[1].normal_variance_rad2) / 2;
-  const double off_0 = angle_between(solutions[0].normal_camera, expected.normal_camera);
-  const double off_1 = angle_between(solutions[1].normal_camera, expected.normal_camera);
-  const double nearer_0 = 1 / (1 + std::exp((squared(off_0) - squared(off_1)) / (2 * variance_rad2)));
-  const double p_0 = expected.probability * nearer_0 + (1 - expected.probability) * (1 - nearer_0);
-  SolutionChoice choice{solutions, {p_0, 1 - p_0}, expected.evidence};
-  if (p_0 < 0.5) {
-    std::swap(choice.solutions[0], choice.solutions[1]);
-    std::swap(choice.probability[0], choice.probability[1]);
+      squared(settings.turn_sigma_deg * rad_per_deg) * std::max(previous.elapsed_s / nominal_s, 1.0);
+  std::array<double, 2> prior{};  // of each solution now
+  for (std::size_t then = 0; then < 2; ++then) {
+    const std::array<double, 2> alike{
+        continuation(solutions[0], previous.normal_camera[then], variance_rad2),
+        continuation(solutions[1], previous.normal_camera[then], variance_rad2)};
+    const double believed = then == 0 ? previous.probability : 1 - previous.probability;
+    for (std::size_t now = 0; now < 2; ++now) prior[now] += believed * alike[now] / (alike[0] + alike[1]);
   }
-  return choice;
+  return std::log(prior[0] / prior[1]);
+}
+
+double probability_of(const LogOdds& odds) {
+  const double sum = odds.before.value_or(0) + weight_of_now(odds) * odds.now;
+  return unforeseen / 2 + (1 - unforeseen) / (1 + std::exp(-sum));
+}
+
+ChosenBy chosen_by(const LogOdds& odds, bool with_gravity) {
+  if (odds.before && std::abs(*odds.before) > std::abs(weight_of_now(odds) * odds.now))
+    return ChosenBy::continuity;
+  return with_gravity ? ChosenBy::attitude : ChosenBy::optical_axis;
 }
 
 }  // namespace stevedore

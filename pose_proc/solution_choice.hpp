@@ -1,4 +1,4 @@
-// Which of the two circles that one ellipse allows is the real one.
+// Which of the two circles that one ellipse allows is the real one: evidence, multiplied as Bayes has it.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,29 +7,62 @@
 
 #include "geometry/attitude.hpp"
 #include "pose_proc/circle_pose.hpp"
+#include "pose_proc/expected_normal.hpp"
 #include "pose_proc/pose_settings.hpp"
 
 namespace stevedore {
 
+/// What weighed most.
 enum class ChosenBy { none, attitude, continuity, optical_axis };
 
-/// What was chosen for the same circle in its previous frame.
+/// What was believed of the same circle in its previous frame.
 struct PreviousChoice {
-  Eigen::Vector3d normal_camera;  ///< in the camera frame of now, if the camera's turn is known
-  double probability = 1;         ///< of having been right
+  /// Of the two solutions, the chosen one first, in the camera frame of now (as far as the camera's turn is
+  /// known).
+  std::array<Eigen::Vector3d, 2> normal_camera;
+  double probability = 1;  ///< that the first was right
+  double elapsed_s = 1.0 / 30;
 };
 
-struct SolutionChoice {
-  std::array<CircleSolution, 2> solutions;  ///< the chosen one first
-  std::array<double, 2> probability;        ///< of each being right, given that one of them is
-  ChosenBy chosen_by = ChosenBy::none;
+/// The laser: distance along its beam to whatever it hits, which need not be what the circle is painted on.
+struct BeamRange {
+  Eigen::Vector3d origin_camera_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction_camera = Eigen::Vector3d::UnitZ();  ///< unit
+  double range_m = 0;
+  double sigma_m = 0.05;
 };
 
-/// The best evidence at hand decides, the first of: gravity (the circle lies on a roughly level deck), the
-/// previous choice, the optical axis (the camera is held roughly level). Each says where the normal is
-/// expected and how far off it may be; the probabilities follow from Gaussian likelihoods of the two angles.
-SolutionChoice choose_solution(const std::array<CircleSolution, 2>& solutions,
-                               const std::optional<Gravity>& gravity,
-                               const std::optional<PreviousChoice>& previous, const PoseSettings& settings);
+/// What is known besides the image.
+struct Surroundings {
+  std::optional<Gravity> gravity;
+  std::optional<BeamRange> beam;
+};
+
+/// Where normals are expected: against gravity, give or take attitude and deck; without gravity against the
+/// optical axis, since the camera is held roughly level.
+ExpectedNormal expected_normal(const std::optional<Gravity>& gravity, const PoseSettings& settings);
+
+/// Logarithms of first over second. now: what this frame says by itself. before: what was believed, carried
+/// over by the likeness of the normals.
+struct LogOdds {
+  double now = 0;
+  std::optional<double> before;
+  double elapsed_s = 0;  ///< since `before`
+};
+
+/// log-odds that the beam gives: it hits the circle's plane or anything else, with even chances.
+double beam_log_odds(const std::array<CircleSolution, 2>& solutions, const BeamRange& beam);
+
+/// log-odds that the previous frame gives.
+double previous_log_odds(const std::array<CircleSolution, 2>& solutions, const PreviousChoice& previous,
+                         const PoseSettings& settings);
+
+/// Probability of the first. Deck tilt and attitude error change slowly, so that the frames of one second
+/// don't say the same thing thirty times: after the first, a frame's own evidence counts by the time that has
+/// gone by.
+double probability_of(const LogOdds& odds);
+
+/// What of it weighed most.
+ChosenBy chosen_by(const LogOdds& odds, bool with_gravity);
 
 }  // namespace stevedore

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace stevedore {
 namespace {
@@ -12,6 +13,14 @@ using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Without gravity the answer is the solution whose normal is nearer the optical axis, whatever else speaks
+/// for the other; the probabilities stay what they are.
+void put_nearer_axis_first(CirclePose& pose) {
+  if (pose.solutions.size() < 2) return;
+  const auto along_axis = [&](std::size_t i) { return pose.solutions[i].circle.normal_camera.z(); };
+  if (along_axis(1) < along_axis(0)) std::swap(pose.solutions[0], pose.solutions[1]);
 }
 
 }  // namespace
@@ -47,17 +56,24 @@ std::optional<Ellipse> Locator::in_given(const Ellipse& rectified) const {
   return maps_.map_1.empty() ? rectified : distort(*settings_.camera, rectified);
 }
 
-std::optional<LocatedMark> Locator::locate(const Detection& detection) const {
-  const auto given = in_given(detection.outer.ellipse);
-  if (!given) return std::nullopt;
-  LocatedMark mark{detection, *given, {}};
-  const bool radius_known = (detection.label == Label::circle && settings_.radius_m) ||
-                            (detection.label == Label::cargo && settings_.cargo_radius_m);
-  if (settings_.camera && radius_known) {
-    mark.pose = estimate_pose(detection.outer, detection.label, settings_.camera->rectified,
-                              settings_.gravity, std::nullopt, settings_.pose);
+std::vector<LocatedMark> Locator::locate(const std::vector<Detection>& detections) const {
+  std::vector<LocatedMark> located;
+  std::vector<MarkImage> marks;
+  for (const Detection& detection : detections) {
+    const auto given = in_given(detection.outer.ellipse);
+    if (!given) continue;
+    located.push_back({detection, *given, {}});
+    const bool radius_known = (detection.label == Label::circle && settings_.radius_m) ||
+                              (detection.label == Label::cargo && settings_.cargo_radius_m);
+    marks.push_back({detection.outer, detection.inner, radius_known ? detection.label : Label::unknown, {}});
   }
-  return mark;
+  if (!settings_.camera) return located;
+  auto poses = estimate_poses(marks, settings_.camera->rectified, {settings_.gravity, {}}, settings_.pose);
+  for (std::size_t i = 0; i < located.size(); ++i) {
+    located[i].pose = std::move(poses[i]);
+    if (!settings_.gravity) put_nearer_axis_first(located[i].pose);
+  }
+  return located;
 }
 
 LocatedTarget Locator::follow(int index, const cv::Mat& image, const std::vector<Detection>& found) {
@@ -69,7 +85,9 @@ LocatedTarget Locator::follow(int index, const cv::Mat& image, const std::vector
   if (target.status != TrackStatus::tracking && target.status != TrackStatus::predicted) return target;
   const auto track = std::find_if(result.tracks.begin(), result.tracks.end(),
                                   [&](const Track& t) { return t.id == result.target.id; });
-  if (track != result.tracks.end()) target.mark = locate(track->detection);
+  if (track == result.tracks.end()) return target;
+  auto marks = locate({track->detection});
+  if (!marks.empty()) target.mark = std::move(marks.front());
   return target;
 }
 
@@ -79,9 +97,7 @@ LocatedFrame Locator::step(int index, const cv::Mat& image) {
   const cv::Mat rectified = rectify(image, maps_);
   const std::vector<Detection> found = detector_.detect(rectified);
   frame.detect_ms = ms_since(start);
-  for (const Detection& detection : found) {
-    if (auto mark = locate(detection)) frame.marks.push_back(std::move(*mark));
-  }
+  frame.marks = locate(found);
   if (settings_.track) frame.target = follow(index, rectified, found);
   return frame;
 }

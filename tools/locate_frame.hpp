@@ -59,7 +59,7 @@ class Locator {
 
  private:
   [[nodiscard]] std::optional<Ellipse> in_given(const Ellipse& rectified) const;
-  [[nodiscard]] std::optional<LocatedMark> locate(const Detection& detection) const;
+  [[nodiscard]] std::vector<LocatedMark> locate(const std::vector<Detection>& detections) const;
   [[nodiscard]] LocatedTarget follow(int index, const cv::Mat& image, const std::vector<Detection>& found);
 
   LocateSettings settings_;

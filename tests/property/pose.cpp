@@ -9,7 +9,9 @@
 #include <random>
 #include <vector>
 
+#include "pose_proc/circle_image.hpp"
 #include "pose_proc/circle_pose.hpp"
+#include "tests/support/measured_circle.hpp"
 
 using namespace stevedore;
 using std::numbers::pi;
@@ -19,38 +21,13 @@ namespace {
 const Pinhole camera{640, 480, 337, 337, 319.5, 239.5};
 constexpr double deg = pi / 180;
 
-struct Circle {
-  Eigen::Vector3d center_m;
-  Eigen::Vector3d normal;  // towards the camera
-  double radius_m;
-};
-
-/// At a pixel and a depth; the normal leans by tilt from the optical axis, towards an azimuth in the image.
 Circle circle_at(double u_px, double v_px, double depth_m, double tilt_rad, double azimuth_rad,
                  double radius_m = 0.5) {
-  Circle circle;
-  circle.center_m = depth_m * camera.unproject({u_px, v_px});
-  circle.normal = {std::sin(tilt_rad) * std::cos(azimuth_rad), std::sin(tilt_rad) * std::sin(azimuth_rad),
-                   -std::cos(tilt_rad)};
-  circle.radius_m = radius_m;
-  if (circle.normal.dot(circle.center_m) > 0) circle.normal = -circle.normal;  // seen from behind
-  return circle;
+  return stevedore::circle_at(camera, u_px, v_px, depth_m, tilt_rad, azimuth_rad, radius_m);
 }
 
-/// The homography from the circle's plane to the image turns its unit circle into the image's conic. Taken
-/// about the pixel of the circle's centre: about the image's corner, flat ellipses would lose ten digits.
 std::optional<Ellipse> image_of(const Circle& circle) {
-  const Eigen::Vector3d x = circle.normal.unitOrthogonal(), y = circle.normal.cross(x);
-  const Eigen::Vector2d origin_px = camera.project(circle.center_m);
-  Eigen::Matrix3d to_origin = Eigen::Matrix3d::Identity(), circle_plane;
-  to_origin.topRightCorner<2, 1>() = -origin_px;
-  circle_plane << circle.radius_m * x, circle.radius_m * y, circle.center_m;
-  const Eigen::Matrix3d inverse = (to_origin * camera.matrix() * circle_plane).inverse();
-  auto ellipse = ellipse_from_conic(inverse.transpose() * Eigen::Vector3d(1, 1, -1).asDiagonal() * inverse);
-  if (!ellipse) return std::nullopt;
-  ellipse->u_px += origin_px.x();
-  ellipse->v_px += origin_px.y();
-  return ellipse;
+  return stevedore::image_of(camera, circle);
 }
 
 EllipseFit exact(const Ellipse& ellipse) {
@@ -156,9 +133,10 @@ TEST_CASE("conic: one of the two solutions is the circle, all over the image") {
       {0, 1, 5, 15, 30, 45}, {0.5, 1.6, 5, 12}, [&](const Circle& circle, const Ellipse& ellipse) {
         const auto solutions = conic_pose(exact(ellipse), camera, circle.radius_m);
         REQUIRE(solutions);
-        const CircleSolution& best = nearer(*solutions, circle);
+        const CircleSolution& best = nearer(solutions->solutions, circle);
         worst_m = std::max(worst_m, (best.center_camera_m - circle.center_m).norm());
-        const double apart = (solutions->at(0).normal_camera - solutions->at(1).normal_camera).norm();
+        const double apart =
+            (solutions->solutions.at(0).normal_camera - solutions->solutions.at(1).normal_camera).norm();
         // nearer to merging, the normal goes with the square root of the last digit
         if (apart > 0.01) worst_rad = std::max(worst_rad, normal_error(best, circle));
         ++count;
@@ -174,7 +152,8 @@ TEST_CASE("conic: circles seen almost from the side") {
     if (ellipse.b_px < 0.1) return;  // the plane goes through the camera
     const auto solutions = conic_pose(exact(ellipse), camera, circle.radius_m);
     REQUIRE(solutions);
-    worst_m = std::max(worst_m, (nearer(*solutions, circle).center_camera_m - circle.center_m).norm());
+    worst_m =
+        std::max(worst_m, (nearer(solutions->solutions, circle).center_camera_m - circle.center_m).norm());
   });
   CHECK(worst_m < 1e-6);
 }
@@ -184,7 +163,7 @@ TEST_CASE("conic: both solutions have the same image, face the camera and come i
   for_each_circle({0, 5, 30, 45}, {1.6, 5}, [&](const Circle& circle, const Ellipse& ellipse) {
     const auto solutions = conic_pose(exact(ellipse), camera, circle.radius_m);
     REQUIRE(solutions);
-    for (const CircleSolution& s : *solutions) {
+    for (const CircleSolution& s : solutions->solutions) {
       REQUIRE(s.normal_camera.norm() == Approx(1));
       REQUIRE(s.normal_camera.dot(s.center_camera_m) < 0);
       const auto again = image_of({s.center_camera_m, s.normal_camera, circle.radius_m});
@@ -194,12 +173,13 @@ TEST_CASE("conic: both solutions have the same image, face the camera and come i
         worst_px = std::max(worst_px, std::abs(radius - 1) * ellipse.a_px);
       }
     }
-    REQUIRE(solutions->at(0).normal_camera.z() <= solutions->at(1).normal_camera.z() + 1e-12);
+    REQUIRE(solutions->solutions.at(0).normal_camera.z() <=
+            solutions->solutions.at(1).normal_camera.z() + 1e-12);
   });
   CHECK(worst_px < 1e-6);
 }
 
-TEST_CASE("conic: a circle that faces the camera has one solution twice, and a finite covariance") {
+TEST_CASE("conic: a circle that faces the camera lies between its two solutions, within their covariance") {
   for (const Eigen::Vector2d& at : {Eigen::Vector2d(319.5, 239.5), Eigen::Vector2d(90, 400)}) {
     Circle circle = circle_at(at.x(), at.y(), 2, 0, 0);
     circle.normal = -circle.center_m.normalized();
@@ -207,10 +187,11 @@ TEST_CASE("conic: a circle that faces the camera has one solution twice, and a f
     fit.covariance.diagonal() << 0.01, 0.01, 0.02, 0.02, 1e-5;
     const auto solutions = conic_pose(fit, camera, circle.radius_m);
     REQUIRE(solutions);
-    CHECK((solutions->at(0).center_camera_m - solutions->at(1).center_camera_m).norm() < 1e-6);
-    for (const CircleSolution& s : *solutions) {
-      CHECK((s.center_camera_m - circle.center_m).norm() < 1e-6);
-      CHECK(s.covariance_m2.trace() > 0);
+    const auto& [first, second] = solutions->solutions;
+    CHECK(((first.center_camera_m + second.center_camera_m) / 2 - circle.center_m).norm() < 2e-3);
+    for (const CircleSolution& s : solutions->solutions) {
+      const Eigen::Vector3d off_m = s.center_camera_m - circle.center_m;
+      CHECK(off_m.dot(s.covariance_m2.ldlt().solve(off_m)) < 7.8);  // 95 % of three degrees of freedom
       CHECK(std::sqrt(s.covariance_m2.trace()) < 0.05);
     }
   }
@@ -224,14 +205,14 @@ TEST_CASE("conic: the covariance is that of ellipses drawn from the fit's Gaussi
       fit.covariance = correlated(fit.ellipse, 0.02);
       const auto solutions = conic_pose(fit, camera, circle.radius_m);
       REQUIRE(solutions);
-      for (const CircleSolution& s : *solutions) {
+      for (const CircleSolution& s : solutions->solutions) {
         const Spread spread = monte_carlo(fit, s, [&](const Ellipse& e) {
-          return nearer(*conic_pose(exact(e), camera, circle.radius_m),
+          return nearer(conic_pose(exact(e), camera, circle.radius_m)->solutions,
                         {s.center_camera_m, s.normal_camera, 0});
         });
         INFO(tilt << " deg at " << depth << " m");
         CHECK(relative_difference(s.covariance_m2, spread.center_m2) < 0.05);
-        CHECK(s.normal_variance_rad2 == Approx(spread.normal_rad2).epsilon(0.05));
+        CHECK(s.normal_covariance_rad2.trace() / 2 == Approx(spread.normal_rad2).epsilon(0.05));
       }
     }
 }
@@ -242,9 +223,11 @@ TEST_CASE("conic: the covariance keeps the two solutions apart all over the imag
     fit.covariance = 1e-6 * EllipseCovariance::Identity();
     const auto solutions = conic_pose(fit, camera, circle.radius_m);
     REQUIRE(solutions);
-    const double apart_m = (solutions->at(0).center_camera_m - solutions->at(1).center_camera_m).norm();
+    const double apart_m =
+        (solutions->solutions.at(0).center_camera_m - solutions->solutions.at(1).center_camera_m).norm();
     if (apart_m < 0.05) return;  // a thousandth of a pixel moves either by far less than that
-    for (const CircleSolution& s : *solutions) REQUIRE(std::sqrt(s.covariance_m2.trace()) < apart_m / 10);
+    for (const CircleSolution& s : solutions->solutions)
+      REQUIRE(std::sqrt(s.covariance_m2.trace()) < apart_m / 10);
   });
 }
 
@@ -260,7 +243,7 @@ TEST_CASE("conic: the covariance is honest from facing the camera to steep") {
       for (int i = 0; i < draws; ++i) {
         const auto solutions = conic_pose(measured(ellipse, 0.05, random), camera, circle.radius_m);
         REQUIRE(solutions);
-        const CircleSolution& best = nearer(*solutions, circle);
+        const CircleSolution& best = nearer(solutions->solutions, circle);
         const Eigen::Vector3d off_m = best.center_camera_m - circle.center_m;
         sum += off_m.dot(best.covariance_m2.ldlt().solve(off_m));
       }
@@ -317,6 +300,29 @@ TEST_CASE("four_point: the covariance is that of ellipses drawn from the fit's G
     INFO(tilt << " deg");
     // solvePnP's residuals are not small where its model is wrong, and the covariance takes them to be
     CHECK(relative_difference(solution->covariance_m2, spread.center_m2) < 0.3);
-    CHECK(solution->normal_variance_rad2 == Approx(spread.normal_rad2).epsilon(0.4));
+    CHECK(solution->normal_covariance_rad2.trace() / 2 == Approx(spread.normal_rad2).epsilon(0.4));
   }
+}
+
+TEST_CASE("circle_image: the image of exact circles, and its derivatives") {
+  for_each_circle({1, 15, 45}, {1.6, 5}, [](const Circle& circle, const Ellipse& ellipse) {
+    if (ellipse.b_px < 3) return;
+    const CircleImage image = circle_image(circle.center_m, circle.normal, circle.radius_m);
+    const Vector5d measured_value = edge_image(exact(ellipse), camera).value;
+    REQUIRE((image.value - measured_value).norm() < 1e-9);
+    constexpr double step = 1e-6;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(k);
+      const auto value = [&](const Eigen::Vector3d& c, const Eigen::Vector3d& n, double r) {
+        return circle_image(c, n, r).value;
+      };
+      const Eigen::Vector3d &c = circle.center_m, &n = circle.normal;
+      const double r = circle.radius_m;
+      REQUIRE((image.by_center.col(k) - (value(c + d, n, r) - value(c - d, n, r)) / (2 * step)).norm() <
+              1e-6);
+      REQUIRE((image.by_normal.col(k) - (value(c, n + d, r) - value(c, n - d, r)) / (2 * step)).norm() <
+              1e-6);
+      REQUIRE((image.by_radius - (value(c, n, r + step) - value(c, n, r - step)) / (2 * step)).norm() < 1e-6);
+    }
+  });
 }
