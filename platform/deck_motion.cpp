@@ -19,7 +19,7 @@ using Course = Eigen::Matrix<double, at::course_size, at::course_size>;
 constexpr double acceleration_time_s = 3;  // braking from 1.5 m/s takes that long at 0.5 m/s2
 constexpr double turn_sigma_radps = 0.12;  // 1.5 m/s round a circle of 12 m
 constexpr double turn_time_s = 20;         // a turn once begun goes on
-constexpr double longest_step_s = 0.25;    // 0.03 rad of turn: its square is nothing
+constexpr double longest_step_s = 0.5;     // 0.06 rad of turn: its square is nothing
 constexpr double fastest_mps = 1.5;
 
 /// x' = f(x) for the course's mean, and its derivative by x.
@@ -75,8 +75,8 @@ Course course_noise(double dt_s, double acceleration_sigma_mps2) {
 // ---- the waves ----
 
 constexpr std::array<double, 2> wave_periods_s = {5.4, 6.6};
-/// A wave keeps its phase for some ten periods; half its width then reaches from one oscillator to the other's.
-constexpr double wave_damping_radps = 0.02;
+/// A wave keeps its phase for about a minute, ten periods.
+constexpr double wave_damping_radps = 0.015;
 
 /// Exact over any step: of the damped oscillator x'' = -rate^2 x - 2 damping x'.
 Eigen::Matrix2d swing_on(double rate_radps, double dt_s) {
@@ -102,6 +102,9 @@ constexpr double reported_error_time_s = 60;   // so do the fixes of satellite n
 constexpr double heading_error_time_s = 300;   // a compass's error changes with the course only
 constexpr double position_error_sigma_m = 3;   // the platform's 2 to 3 m and the aircraft's 1.5
 
+constexpr double told_layout_sigma = 0.003;   // half a centimetre in 1.6 m
+constexpr double learnt_layout_sigma = 0.05;  // four circles from 12 m, each to 5 cm
+
 }  // namespace
 
 double swing(const DeckVector& mean, Eigen::Index part) {
@@ -116,7 +119,9 @@ DeckMotion::DeckMotion(const PlatformSettings& settings)
     : acceleration_sigma_mps2_(settings.acceleration_sigma_mps2),
       heave_sigma_m_(settings.heave_sigma_m),
       tilt_sigma_rad_(settings.tilt_sigma_deg * rad_per_deg),
-      scale_sigma_(settings.scale_sigma) {
+      scale_sigma_(settings.scale_sigma),
+      layout_sigma_(settings.layout == "learn" && settings.slots.empty() ? learnt_layout_sigma
+                                                                         : told_layout_sigma) {
   const double attitude_rad = settings.attitude_bias_deg * rad_per_deg;
   decays_ = {{{at::attitude_error, attitude_error_time_s, attitude_rad},
               {at::attitude_error + 1, attitude_error_time_s, attitude_rad},
@@ -138,26 +143,28 @@ DeckState DeckMotion::unknown() const {
   sigma[at::heading] = pi / std::numbers::sqrt3;
   sigma[at::turn_rate] = turn_sigma_radps;
   sigma[at::scale_error] = scale_sigma_;
+  sigma[at::layout_error] = layout_sigma_;
   for (const Decay& decay : decays_) sigma[decay.place] = decay.sigma;
   state.covariance = sigma.cwiseAbs2().asDiagonal();
   for (const Eigen::Index part : swinging) {
     const double swing_sigma = part == at::heave ? heave_sigma_m_ : tilt_sigma_rad_;
     for (Eigen::Index wave = 0; wave < 2; ++wave) {
       const double rate_radps = 2 * pi / wave_periods_s[static_cast<std::size_t>(wave)];
-      state.covariance.block<2, 2>(part + 2 * wave, part + 2 * wave) = swing_variance(rate_radps, swing_sigma);
+      state.covariance.block<2, 2>(part + 2 * wave, part + 2 * wave) =
+          swing_variance(rate_radps, swing_sigma);
     }
   }
   return state;
 }
 
-DeckState DeckMotion::predicted(DeckState state, double ahead_s, double odometry_rate_m2ps) const {
+DeckState DeckMotion::predicted(DeckState state, double ahead_s, const Disturbance& disturbance) const {
   const int steps = std::max(1, static_cast<int>(std::ceil(ahead_s / longest_step_s)));
-  for (int i = 0; i < steps && ahead_s > 0; ++i) step(state, ahead_s / steps, odometry_rate_m2ps);
+  for (int i = 0; i < steps && ahead_s > 0; ++i) step(state, ahead_s / steps, disturbance);
   return state;
 }
 
 /// The transition is block-diagonal; its blocks are put on the rows of the covariance, then on its columns.
-void DeckMotion::step(DeckState& state, double dt_s, double odometry_rate_m2ps) const {
+void DeckMotion::step(DeckState& state, double dt_s, const Disturbance& disturbance) const {
   DeckMatrix& p = state.covariance;
   const Course course = move_course(state.mean, dt_s);
   std::array<Eigen::Matrix2d, 2> waves;
@@ -180,9 +187,10 @@ void DeckMotion::step(DeckState& state, double dt_s, double odometry_rate_m2ps) 
     p.transposeInPlace();
   }
 
-  p.topLeftCorner<at::course_size, at::course_size>() += course_noise(dt_s, acceleration_sigma_mps2_);
-  p.diagonal().segment<2>(at::north).array() += odometry_rate_m2ps * dt_s;
-  p(at::down, at::down) += odometry_rate_m2ps * dt_s;
+  p.topLeftCorner<at::course_size, at::course_size>() +=
+      course_noise(dt_s, disturbance.acceleration_sigma_mps2);
+  p.diagonal().segment<2>(at::north).array() += disturbance.odometry_rate_m2ps * dt_s;
+  p(at::down, at::down) += disturbance.odometry_rate_m2ps * dt_s;
   for (const Eigen::Index part : swinging)
     for (Eigen::Index w = 0; w < 2; ++w) {
       const Eigen::Matrix2d& f = waves[static_cast<std::size_t>(w)];
@@ -191,8 +199,7 @@ void DeckMotion::step(DeckState& state, double dt_s, double odometry_rate_m2ps) 
       p.block<2, 2>(part + 2 * w, part + 2 * w) += still - f * still * f.transpose();
     }
   for (const Decay& decay : decays_)
-    p(decay.place, decay.place) +=
-        decay.sigma * decay.sigma * (1 - keep[decay.place] * keep[decay.place]);
+    p(decay.place, decay.place) += decay.sigma * decay.sigma * (1 - keep[decay.place] * keep[decay.place]);
 }
 
 }  // namespace stevedore

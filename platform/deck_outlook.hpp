@@ -19,9 +19,9 @@ DeckCourse course_of(const DeckState& state);
 /// Vertical speed and tilt are both below their limits with the probability asked for.
 bool is_safe(const DeckState& state, const PlatformSettings& settings);
 
-/// At 0.5, 1, 1.5 and 2 s, positions in odometry. A prediction is safe when the deck is at every quarter of a
-/// second since the one before.
-std::vector<DeckPrediction> outlook(const DeckState& now, const DeckMotion& motion, double odometry_rate_m2ps,
-                                    const PlatformSettings& settings);
+/// At 0.5, 1, 1.5 and 2 s, positions in odometry. A prediction is safe when the deck is, then and at
+/// the one before (the first: now).
+std::vector<DeckPrediction> outlook(const DeckState& now, const DeckMotion& motion,
+                                    const Disturbance& disturbance, const PlatformSettings& settings);
 
 }  // namespace stevedore

@@ -7,9 +7,9 @@
 namespace stevedore {
 namespace {
 
-/// Paint and deck are flat and in place to about a centimetre; also keeps circles from being believed better
+/// Paint and deck are flat and in place to some millimetres; also keeps circles from being believed better
 /// than the models that lead to them.
-constexpr double place_sigma_m = 0.01;
+constexpr double place_sigma_m = 0.005;
 
 constexpr double report_position_sigma_m = 0.5;  // what changes from message to message
 constexpr double report_velocity_sigma_mps = 0.3;
@@ -77,9 +77,11 @@ Eigen::Vector3d deck_center_odometry_m(const DeckVector& mean) {
 }
 
 Dependent place_on_deck(const DeckVector& mean, const Eigen::Vector2d& place_m) {
-  const Eigen::Vector3d arm_ned_m = ned_from_deck(mean).leftCols<2>() * place_m;
+  const Eigen::Vector3d unscaled_ned_m = ned_from_deck(mean).leftCols<2>() * place_m;
+  const Eigen::Vector3d arm_ned_m = (1 + mean[at::layout_error]) * unscaled_ned_m;
   Dependent place{deck_center_odometry_m(mean) + arm_ned_m, Jacobian3::Zero()};
   put_turning(mean, arm_ned_m, place.by_state);
+  place.by_state.col(at::layout_error) = unscaled_ned_m;
   place.by_state(0, at::north) = place.by_state(1, at::east) = place.by_state(2, at::down) = 1;
   place.by_state(2, at::heave) = place.by_state(2, at::heave + 2) = 1;
   return place;

@@ -18,8 +18,8 @@ using CircleNoise = Eigen::Matrix<double, numbers_per_circle, numbers_per_circle
 struct CircleView {
   Eigen::Vector3d from_aircraft_ned_m;  ///< to the circle's centre
   Eigen::Matrix3d covariance_m2;
-  Eigen::Vector3d normal_ned;           ///< unit, up from the deck
-  double normal_variance_rad2 = 0;      ///< in each of its two directions
+  Eigen::Vector3d normal_ned;       ///< unit, up from the deck
+  double normal_variance_rad2 = 0;  ///< in each of its two directions
 
   [[nodiscard]] CircleNumbers numbers() const;
   [[nodiscard]] CircleNoise noise() const;  ///< of its own; what it shares with others is not in it

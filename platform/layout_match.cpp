@@ -146,8 +146,8 @@ std::vector<LayoutMatch> match_layout(const SlotLayout& layout, bool scalable,
           if (scalable ? scale < least_spacing_m || scale > most_spacing_m
                        : std::abs(apart_m - slots_apart_m) > place_tolerance_m)
             continue;
-          const Similarity s = through(layout.slots_m[a], layout.slots_m[b], circles_m[i].head<2>(),
-                                       circles_m[j].head<2>());
+          const Similarity s =
+              through(layout.slots_m[a], layout.slots_m[b], circles_m[i].head<2>(), circles_m[j].head<2>());
           const Pairs pairs = pairs_under(s, layout, circles_m);
           if (!best.worth(pairs) || !of_one_height(pairs, circles_m)) continue;
           best.add(fitted(layout, scalable, pairs, circles_m));

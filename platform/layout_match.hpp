@@ -18,10 +18,10 @@ struct LayoutMatch {
   double rms_m = 0;  ///< of the distances in the plane
 };
 
-/// All ways in which a layout lies on at least three of the circles (a layout to be scaled: on all its slots),
-/// of those that use the most circles. Circles: centres along NED's axes. Ways that differ by the layout's own
-/// symmetry count once. Best fit first. scalable: the layout has unit spacing and any size from circles that
-/// nearly touch to a deck of ten metres.
+/// All ways in which a layout lies on at least three of the circles (a layout to be scaled: on all its
+/// slots), of those that use the most circles. Circles: centres along NED's axes. Ways that differ by the
+/// layout's own symmetry count once. Best fit first. scalable: the layout has unit spacing and any size from
+/// circles that nearly touch to a deck of ten metres.
 std::vector<LayoutMatch> match_layout(const SlotLayout& layout, bool scalable,
                                       const std::vector<Eigen::Vector3d>& circles_m);
 

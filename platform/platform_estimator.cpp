@@ -98,7 +98,8 @@ void PlatformEstimator::settle_numbers(const PlatformReport& report, const Vehic
 
 // ---- what is seen ----
 
-FrameInNed PlatformEstimator::turned_to_ned(const FrameSighting& sighting, const VehicleMoment& vehicle) const {
+FrameInNed PlatformEstimator::turned_to_ned(const FrameSighting& sighting,
+                                            const VehicleMoment& vehicle) const {
   FrameInNed frame{sighting.utime, vehicle, {}, std::vector<bool>(sighting.circles.size(), false), {}};
   const Eigen::Matrix3d ned_from_body = vehicle.ned_from_body.toRotationMatrix();
   const Eigen::Matrix3d ned_from_camera = ned_from_body * sighting.body_from_camera;

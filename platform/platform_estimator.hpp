@@ -1,5 +1,5 @@
-// Motion and circles of all platforms, from what the camera sees, the aircraft's state, and what platforms say
-// of themselves. In the time of its inputs.
+// Motion and circles of all platforms, from what the camera sees, the aircraft's state, and what platforms
+// say of themselves. In the time of its inputs.
 #pragma once
 
 #include <cstdint>

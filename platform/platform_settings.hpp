@@ -21,9 +21,9 @@ struct PlatformSettings {
   double camera_forward_m = 0.8;
   double camera_right_m = 0;
   double camera_down_m = 0.25;
-  double attitude_bias_deg = 0.7;        // autopilot and mount, half a degree each
-  double scale_sigma = 0.006;            // half a per cent of the circles' radius, a third of the focal length
-  double acceleration_sigma_mps2 = 0.2;  // 1.5 m/s gained or lost within ten seconds
+  double attitude_bias_deg = 0.7;  // autopilot and mount, half a degree each
+  double scale_sigma = 0.006;      // half a per cent of the circles' radius, a third of the focal length
+  double acceleration_sigma_mps2 = 0.3;  // 1.5 m/s gained or lost within five seconds
   double heave_sigma_m = 0.25;           // sea state 3
   double tilt_sigma_deg = 3;             // sea state 3
   double reported_heading_sigma_deg = 5;
@@ -58,7 +58,7 @@ void describe(PlatformSettings& s, Visitor& visit) {
   visit("scale_sigma", s.scale_sigma, 0.0, 0.1, "1",
         "relative error of all ranges together; raise: positions are said to be less certain");
   visit("acceleration_sigma_mps2", s.acceleration_sigma_mps2, 0.01, 5.0, "m/s2",
-        "how hard platforms speed up and brake; raise: follows sooner, velocity noisier");
+        "how hard platforms speed up and brake when they do; raise: follows sooner, velocity noisier");
   visit("heave_sigma_m", s.heave_sigma_m, 0.01, 5.0, "m",
         "rms of the heave; raise: follows sooner, vertical velocity noisier");
   visit("tilt_sigma_deg", s.tilt_sigma_deg, 0.1, 30.0, "deg", "rms of the deck's roll, and of its pitch");

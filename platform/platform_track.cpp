@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <utility>
 
@@ -20,15 +21,16 @@ constexpr int frames_to_be_found = 3;  // clutter of the right size seldom makes
 constexpr double same_candidate_m = 0.5;
 constexpr std::int64_t candidate_kept_us = 500'000;
 
-/// A match of single circles, before the filter has refined it.
-constexpr double match_position_sigma_m = 0.3, match_heading_sigma_rad = 0.1;
+/// A match from 12 m is good to 0.2 m, attitude included, and to some degrees. Both leave a slot's place
+/// known to a sixth of the usual spacing.
+constexpr double match_position_sigma_m = 0.2, match_heading_sigma_rad = 0.05;
 
 /// Autopilots send velocity with an error that changes from one message to the next, at 50 Hz.
 constexpr double velocity_error_lasts_s = 0.02;
 
-constexpr double cargo_base_radius_m = 0.13;                   // a ten-litre bucket
-constexpr double lowest_rim_m = -0.15, highest_rim_m = 0.6;    // over the deck: fallen over, and upright
-constexpr double cargo_beside_m = 0.4;                         // farther from the paint it belongs to no slot
+constexpr double cargo_base_radius_m = 0.13;                 // a ten-litre bucket
+constexpr double lowest_rim_m = -0.15, highest_rim_m = 0.6;  // over the deck: fallen over, and upright
+constexpr double cargo_beside_m = 0.4;                       // farther from the paint it belongs to no slot
 
 double chi_square(const Eigen::Vector2d& off, const Eigen::Matrix2d& covariance) {
   return off.dot(covariance.ldlt().solve(off));
@@ -47,9 +49,8 @@ void reset(DeckState& state, Eigen::Index place, double mean, double sigma) {
 PlatformTrack::PlatformTrack(int number, const PlatformSettings& settings, std::int64_t utime)
     : settings_(settings),
       motion_(settings),
-      filter_(motion_, utime, motion_.unknown()),
-      number_(number),
-      odometry_rate_m2ps_(0) {
+      filter_(motion_, settings.acceleration_sigma_mps2, utime, motion_.unknown()),
+      number_(number) {
   if (const auto allowed = allowed_layouts(settings); allowed.size() == 1) {
     layout_ = allowed.front();
     identity_ = SlotIdentity(layout_->period_rad, layout_->periods());
@@ -101,8 +102,7 @@ Eigen::Vector2d PlatformTrack::position_odometry_m(std::int64_t utime) const {
 }
 
 void PlatformTrack::see(FrameInNed& frame, const FrameSighting& sighting) {
-  odometry_rate_m2ps_ = frame.vehicle.velocity_variance_m2ps2 * velocity_error_lasts_s;
-  filter_.set_odometry_rate(odometry_rate_m2ps_);
+  filter_.set_odometry_rate(frame.vehicle.velocity_variance_m2ps2 * velocity_error_lasts_s);
   if (!located(frame.utime)) return;
   std::vector<SlotMatch> matches =
       assign_slots(filter_.at_time(frame.utime), *layout_, frame.vehicle.position_odometry_m,
@@ -114,13 +114,22 @@ void PlatformTrack::see(FrameInNed& frame, const FrameSighting& sighting) {
   judge_slots(frame, sighting, matches);
 }
 
+/// Averages of attitude over windows that overlap share their noise: as much as if each weighed less.
+double PlatformTrack::attitude_overlap(std::int64_t utime) const {
+  const auto window_us = static_cast<double>(2 * VehicleHistory::attitude_window_us);
+  const auto since_us = static_cast<double>(std::abs(utime - seen_utime_));
+  return std::max(1.0, window_us / std::max(since_us, window_us / 4));
+}
+
 bool PlatformTrack::measure(const FrameInNed& frame, std::vector<SlotMatch>& matches) {
   for (int attempt = 0; attempt < 2 && !matches.empty(); ++attempt) {
-    DeckSight sight{frame.utime, frame.vehicle.position_odometry_m, frame.vehicle.attitude_variance_rad2, {}, {}};
+    DeckSight sight{
+        frame.utime, frame.vehicle.position_odometry_m, frame.vehicle.attitude_variance_rad2, {}, {}};
     for (const SlotMatch& match : matches) {
       sight.places_m.push_back(layout_->slots_m[match.slot]);
       sight.circles.push_back(frame.circles[match.circle].views[match.view]);
     }
+    sight.attitude_variance_rad2 *= attitude_overlap(frame.utime);
     const Verdict verdict = filter_.add(sight);
     if (verdict != Verdict::gated) return verdict == Verdict::used;
     const Innovation innovation = innovation_of(filter_.at_time(frame.utime).mean, sight);
@@ -164,7 +173,8 @@ void PlatformTrack::judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo
   }
   if (offset_m > circle_radius_m + cargo_beside_m) return;
   constexpr double place_sigma_m = 0.05;  // the deck's own tilt moves the rim by 3 cm at 6 degrees
-  const double sigma_m = std::hypot(place_sigma_m, std::sqrt(cargo.covariance_m2.topLeftCorner<2, 2>().trace() / 2));
+  const double sigma_m =
+      std::hypot(place_sigma_m, std::sqrt(cargo.covariance_m2.topLeftCorner<2, 2>().trace() / 2));
   beliefs_[nearest].saw_cargo(frame.utime, offset_m, sigma_m, circle_radius_m - cargo_base_radius_m);
 }
 
@@ -200,7 +210,8 @@ void PlatformTrack::restart_at(const LayoutMatch& match, std::int64_t utime) {
   }
   DeckState state = filter_.at_time(utime);
   const double sigma_rad = std::sqrt(state.covariance(at::heading, at::heading));
-  const double residual_rad = std::remainder(match.heading_rad - state.mean[at::heading], layout_->period_rad);
+  const double residual_rad =
+      std::remainder(match.heading_rad - state.mean[at::heading], layout_->period_rad);
   // one report alone is no evidence: with fewer than three, any way of turning is as good
   const bool heading_known = seen_utime_ >= 0 || reports_heard_ >= 3;
   const std::vector<double> slipped = identity_.found(residual_rad, heading_known ? sigma_rad : 10);
@@ -238,13 +249,13 @@ PlatformEstimate PlatformTrack::estimate(std::int64_t utime, const VehicleMoment
   out.heading_rad = wrapped(state.mean[at::heading] + turned_rad);
   out.heading_variance_rad2 = state.covariance(at::heading, at::heading) + identity_.spread_rad2();
   out.heave_m = -swing(state.mean, at::heave);
-  const Eigen::Vector2d tilt =
-      Eigen::Rotation2Dd(-turned_rad) * Eigen::Vector2d(swing(state.mean, at::roll), swing(state.mean, at::pitch));
+  const Eigen::Vector2d tilt = Eigen::Rotation2Dd(-turned_rad) *
+                               Eigen::Vector2d(swing(state.mean, at::roll), swing(state.mean, at::pitch));
   out.roll_rad = tilt.x();
   out.pitch_rad = tilt.y();
   out.identity_certain = layout_ && seen_utime_ >= 0 && number_certain_ && identity_.certain();
   out.measured_utime = measured_utime_;
-  out.predictions = outlook(state, motion_, odometry_rate_m2ps_, settings_);
+  out.predictions = outlook(state, motion_, filter_.disturbance(utime), settings_);
   for (DeckPrediction& p : out.predictions) p.center_ned_m += vehicle.ned_from_odometry_m;
   if (!layout_) return out;
   for (std::size_t j = 0; j < layout_->size(); ++j) {

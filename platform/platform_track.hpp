@@ -75,6 +75,7 @@ class PlatformTrack {
   void restart_at(const LayoutMatch& match, std::int64_t utime);
   /// Adds the matched circles; when they don't fit together, once more without the worst. True if used.
   bool measure(const FrameInNed& frame, std::vector<SlotMatch>& matches);
+  [[nodiscard]] double attitude_overlap(std::int64_t utime) const;
   void judge_slots(const FrameInNed& frame, const FrameSighting& sighting,
                    const std::vector<SlotMatch>& matches);
   void judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo& cargo, double circle_radius_m);
@@ -92,7 +93,6 @@ class PlatformTrack {
   int reports_refused_ = 0;  ///< in a row
   std::int64_t measured_utime_ = 0;
   std::int64_t seen_utime_ = -1;
-  double odometry_rate_m2ps_;
 };
 
 }  // namespace stevedore

@@ -106,20 +106,17 @@ class AssignmentTable {
 }  // namespace
 
 std::vector<SlotMatch> assign_slots(const DeckState& state, const SlotLayout& layout,
-                                    const Eigen::Vector3d& aircraft_odometry_m,
-                                    double attitude_variance_rad2,
+                                    const Eigen::Vector3d& aircraft_odometry_m, double attitude_variance_rad2,
                                     const std::vector<CircleCandidates>& circles) {
   AssignmentTable table(layout.size(), circles.size());
   const double reach_m = layout.spacing_m() / 2 + 1;  // no circle farther away can be within the gate
   for (std::size_t s = 0; s < layout.size(); ++s) {
-    const Eigen::Vector3d place_m =
-        place_on_deck(state.mean, layout.slots_m[s]).value - aircraft_odometry_m;
+    const Eigen::Vector3d place_m = place_on_deck(state.mean, layout.slots_m[s]).value - aircraft_odometry_m;
     std::optional<ExpectedSlot> slot;
     for (std::size_t c = 0; c < circles.size(); ++c) {
       const auto& views = circles[c].views;
       if (views.empty() || (views.front().from_aircraft_ned_m - place_m).head<2>().norm() > reach_m) continue;
-      if (!slot)
-        slot = expect_slot(state, layout.slots_m[s], aircraft_odometry_m, attitude_variance_rad2);
+      if (!slot) slot = expect_slot(state, layout.slots_m[s], aircraft_odometry_m, attitude_variance_rad2);
       table.at(s, c) = pair(*slot, circles[c]);
     }
   }

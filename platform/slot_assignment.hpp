@@ -28,8 +28,7 @@ constexpr std::size_t most_slots = 8;
 /// squared normalised distances (centre, normal, and -2 log of the pose's probability) is least; a circle
 /// beyond the gate of every slot is none. By slot.
 std::vector<SlotMatch> assign_slots(const DeckState& state, const SlotLayout& layout,
-                                    const Eigen::Vector3d& aircraft_odometry_m,
-                                    double attitude_variance_rad2,
+                                    const Eigen::Vector3d& aircraft_odometry_m, double attitude_variance_rad2,
                                     const std::vector<CircleCandidates>& circles);
 
 /// The slot known worst: standard deviation along its worst direction in the plane, m.

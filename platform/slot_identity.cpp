@@ -34,8 +34,8 @@ std::vector<double> SlotIdentity::found(double residual_rad, double sigma_rad) {
   constexpr int far = 3;  // periods beyond which a Gaussian has nothing left that matters
   for (int k = -far * static_cast<int>(n); k <= far * static_cast<int>(n); ++k) {
     const double off = (residual_rad + k * period_rad_) / sigma_rad;
-    const auto turn = static_cast<std::size_t>(((k % static_cast<int>(n)) + static_cast<int>(n)) %
-                                               static_cast<int>(n));
+    const auto turn =
+        static_cast<std::size_t>(((k % static_cast<int>(n)) + static_cast<int>(n)) % static_cast<int>(n));
     slipped[turn] += std::exp(-off * off / 2);
   }
   // the rule: certain only while three sigma are less than half a period
@@ -47,7 +47,8 @@ std::vector<double> SlotIdentity::found(double residual_rad, double sigma_rad) {
 
   std::vector<double> mixed(n, 0.0);
   for (std::size_t before = 0; before < n; ++before)
-    for (std::size_t slip = 0; slip < n; ++slip) mixed[(before + slip) % n] += probability_[before] * slipped[slip];
+    for (std::size_t slip = 0; slip < n; ++slip)
+      mixed[(before + slip) % n] += probability_[before] * slipped[slip];
   probability_ = mixed;
   normalise(probability_);
   choose();
@@ -57,8 +58,8 @@ std::vector<double> SlotIdentity::found(double residual_rad, double sigma_rad) {
 void SlotIdentity::told(double off_rad, double sigma_rad) {
   std::vector<double> log_likelihood;
   for (std::size_t k = 0; k < probability_.size(); ++k) {
-    const double off = std::remainder(off_rad - static_cast<double>(k) * period_rad_, 2 * std::numbers::pi) /
-                       sigma_rad;
+    const double off =
+        std::remainder(off_rad - static_cast<double>(k) * period_rad_, 2 * std::numbers::pi) / sigma_rad;
     log_likelihood.push_back(-off * off / 2);
   }
   const double best = *std::max_element(log_likelihood.begin(), log_likelihood.end());
@@ -75,8 +76,8 @@ bool SlotIdentity::certain() const {
 double SlotIdentity::spread_rad2() const {
   double spread = 0;
   for (std::size_t k = 0; k < probability_.size(); ++k) {
-    const double off = std::remainder(static_cast<double>(static_cast<int>(k) - turns_) * period_rad_,
-                                      2 * std::numbers::pi);
+    const double off =
+        std::remainder(static_cast<double>(static_cast<int>(k) - turns_) * period_rad_, 2 * std::numbers::pi);
     spread += probability_[k] * off * off;
   }
   return spread;
@@ -84,11 +85,10 @@ double SlotIdentity::spread_rad2() const {
 
 /// Keeps to its choice among ways that are as good.
 void SlotIdentity::choose() {
-  const auto best = static_cast<int>(std::max_element(probability_.begin(), probability_.end()) -
-                                     probability_.begin());
+  const auto best =
+      static_cast<int>(std::max_element(probability_.begin(), probability_.end()) - probability_.begin());
   constexpr double clearly = 1.5;
-  if (probability_[static_cast<std::size_t>(best)] >
-      clearly * probability_[static_cast<std::size_t>(turns_)])
+  if (probability_[static_cast<std::size_t>(best)] > clearly * probability_[static_cast<std::size_t>(turns_)])
     turns_ = best;
 }
 

@@ -15,9 +15,9 @@ struct VehicleSample {
   Eigen::Vector3d position_ned_m;
   Eigen::Vector3d velocity_ned_mps;
   Eigen::Quaterniond ned_from_body;
-  double position_variance_m2 = 0;
+  Eigen::Vector3d angular_rate_body_radps;
   double velocity_variance_m2ps2 = 0;
-  double attitude_variance_rad2 = 0;
+  double attitude_variance_rad2 = 0;  ///< of each angle; taken to change from sample to sample
 };
 
 /// The aircraft at a moment between samples. The odometry frame has NED's axes; positions in it are sums of
@@ -26,10 +26,10 @@ struct VehicleSample {
 struct VehicleMoment {
   Eigen::Vector3d position_odometry_m;
   Eigen::Vector3d ned_from_odometry_m;  ///< add to a position in odometry to have it in the autopilot's NED
-  Eigen::Quaterniond ned_from_body;
-  double position_variance_m2 = 0;
+  Eigen::Quaterniond
+      ned_from_body;  ///< mean over the samples about that moment, each carried there by its rate
   double velocity_variance_m2ps2 = 0;
-  double attitude_variance_rad2 = 0;
+  double attitude_variance_rad2 = 0;  ///< of that mean
 };
 
 class VehicleHistory {
@@ -38,8 +38,12 @@ class VehicleHistory {
   /// odometry goes on by the difference of positions.
   void add(const VehicleSample& sample);
 
-  /// Interpolated; beyond the newest sample carried on by its velocity, for as long as samples are apart at
-  /// most. Nothing outside.
+  /// Half the time over which attitudes are averaged. Five samples at 50 Hz: their noise is halved, and rate
+  /// times time still is the turn between them to a thousandth.
+  static constexpr std::int64_t attitude_window_us = 60'000;
+
+  /// Interpolated; beyond the newest sample carried on by its velocity and rate, for as long as samples are
+  /// apart at most. Nothing outside.
   [[nodiscard]] std::optional<VehicleMoment> at(std::int64_t utime) const;
 
   /// Of the newest sample; -1: none.
@@ -50,6 +54,8 @@ class VehicleHistory {
     VehicleSample sample;
     Eigen::Vector3d position_odometry_m;
   };
+  void average_attitude(std::int64_t utime, VehicleMoment& moment) const;
+
   std::deque<Entry> entries_;
 };
 

@@ -55,13 +55,21 @@ circle_solution_t to_message(const PoseSolution& solution) {
 
 }  // namespace
 
-PoseStage::PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus)
-    : bus_(bus), settings_(settings), camera_(camera) {
+PoseStage::PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus,
+                     const PlatformSettings& platforms)
+    : bus_(bus),
+      settings_(settings),
+      camera_(camera),
+      platforms_(platforms, camera ? camera->mount : CameraMount{}, bus) {
   bus_.subscribe<tracks_t>(channels::tracks, [this](const tracks_t& m) { on_tracks(m); });
-  bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
-                                  [this](const vehicle_state_t& m) { keep(vehicle_states_, m); });
-  bus_.subscribe<gimbal_state_t>(channels::gimbal_state,
-                                 [this](const gimbal_state_t& m) { keep(gimbal_states_, m); });
+  bus_.subscribe<vehicle_state_t>(channels::vehicle_state, [this](const vehicle_state_t& m) {
+    keep(vehicle_states_, m);
+    platforms_.hear(m);
+  });
+  bus_.subscribe<gimbal_state_t>(channels::gimbal_state, [this](const gimbal_state_t& m) {
+    keep(gimbal_states_, m);
+    platforms_.hear(m);
+  });
 }
 
 std::optional<Gravity> PoseStage::gravity_at(int64_t utime) const {
@@ -146,6 +154,7 @@ void PoseStage::on_tracks(const tracks_t& tracks) {
   previous_ = std::move(previous);  // of the tracks that are still there
   poses.count = static_cast<int16_t>(poses.poses.size());
   bus_.publish(channels::poses, poses);
+  platforms_.see(poses);
 }
 
 }  // namespace stevedore

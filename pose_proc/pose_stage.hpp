@@ -1,4 +1,4 @@
-// TRACKS and the attitude in, POSES out.
+// TRACKS and the attitude in, POSES and, from them, PLATFORM_ESTIMATE out.
 #pragma once
 
 #include <deque>
@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/camera_model.hpp"
+#include "pose_proc/platform_stage.hpp"
 #include "pose_proc/pose.hpp"
 #include "runtime/bus.hpp"
 
@@ -15,7 +16,8 @@ namespace stevedore {
 class PoseStage {
  public:
   /// Without a camera there are no metres: POSES carries the marks and says why there is no pose.
-  PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus);
+  PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus,
+            const PlatformSettings& platforms = {});
 
  private:
   void on_tracks(const tracks_t& tracks);
@@ -26,6 +28,7 @@ class PoseStage {
   Bus& bus_;
   const PoseSettings settings_;
   const std::optional<CameraModel> camera_;
+  PlatformStage platforms_;
   std::deque<vehicle_state_t> vehicle_states_;  ///< of the last second, newest last
   std::deque<gimbal_state_t> gimbal_states_;
   bool fits_camera_ = false;                    ///< the frame's size is the camera file's

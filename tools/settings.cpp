@@ -9,6 +9,7 @@
 #include "camera_proc/source.hpp"
 #include "detector_proc/detector_settings.hpp"
 #include "mission_proc/mission.hpp"
+#include "platform/platform_settings.hpp"
 #include "pose_proc/pose_settings.hpp"
 #include "runtime/process.hpp"
 #include "tracker_proc/tracker.hpp"
@@ -78,6 +79,7 @@ int main(int argc, char** argv) {
   print<stevedore::DetectorSettings>("detector");
   print<stevedore::TrackerSettings>("tracker");
   print<stevedore::PoseSettings>("pose");
+  print<stevedore::PlatformSettings>("platform");
   print<stevedore::MissionSettings>("mission");
   return 0;
 }

@@ -38,7 +38,8 @@ inline Eigen::Matrix3d small_turn(const Eigen::Vector3d& rotation_rad) {
 /// A value that wanders: first-order Gauss-Markov.
 class Wander {
  public:
-  Wander(double sigma, double time_s, Random& random) : sigma_(sigma), time_s_(time_s), value_(gauss3(random, sigma)) {}
+  Wander(double sigma, double time_s, Random& random)
+      : sigma_(sigma), time_s_(time_s), value_(gauss3(random, sigma)) {}
   const Eigen::Vector3d& next(double dt_s, Random& random) {
     const double keep = std::exp(-dt_s / time_s_);
     value_ = keep * value_ + gauss3(random, sigma_ * std::sqrt(1 - keep * keep));
@@ -55,7 +56,8 @@ class Swell {
  public:
   Swell(double rms, Random& random) {
     for (Wave& wave : waves_)
-      wave = {rms * std::sqrt(2.0 / 3), 2 * world_pi / uniform(random, 5, 7), uniform(random, 0, 2 * world_pi)};
+      wave = {rms * std::sqrt(2.0 / 3), 2 * world_pi / uniform(random, 5, 7),
+              uniform(random, 0, 2 * world_pi)};
   }
   [[nodiscard]] double value(double t_s) const {
     double sum = 0;
@@ -96,7 +98,10 @@ class TruePlatform {
         phase_s_(uniform(random, 0, 40)),
         heave_m_(heave_rms_m, random),
         roll_(tilt_rms_rad, random),
-        pitch_(tilt_rms_rad, random) {}
+        pitch_(tilt_rms_rad, random) {
+    // its circle, or the whole way that it runs to and fro, lies on its own side
+    start_m_ += start_m.normalized() * radius_m_;
+  }
 
   [[nodiscard]] DeckTruth at(double t_s) const {
     DeckTruth deck;
@@ -123,15 +128,15 @@ class TruePlatform {
   }
 
  private:
-  /// To and fro: 10 s ahead, 5 s to turn round. Stop and go: 4 s to start, 8 s ahead, 4 s to stop, 8 s still,
-  /// and back. Speeds change as half a cosine.
+  /// To and fro: 10 s ahead, 8 s to turn round. Stop and go: 5 s to start, 8 s ahead, 5 s to stop, 8 s still,
+  /// and back. Speeds change as half a cosine: 0.55 m/s2 at most.
   [[nodiscard]] std::pair<double, double> along(double t_s) const {
     struct Stretch {
       double duration_s, from, to;
     };
-    static const std::vector<Stretch> to_and_fro{{10, 1, 1}, {5, 1, -1}, {10, -1, -1}, {5, -1, 1}};
-    static const std::vector<Stretch> stages{{4, 0, 1},  {8, 1, 1},   {4, 1, 0},  {8, 0, 0},
-                                             {4, 0, -1}, {8, -1, -1}, {4, -1, 0}, {8, 0, 0}};
+    static const std::vector<Stretch> to_and_fro{{10, 1, 1}, {8, 1, -1}, {10, -1, -1}, {8, -1, 1}};
+    static const std::vector<Stretch> stages{{5, 0, 1},  {8, 1, 1},   {5, 1, 0},  {8, 0, 0},
+                                             {5, 0, -1}, {8, -1, -1}, {5, -1, 0}, {8, 0, 0}};
     const auto& stretches = manner_ == Manner::straight ? to_and_fro : stages;
     double cycle_s = 0, distance = 0;
     for (const Stretch& s : stretches) cycle_s += s.duration_s;
@@ -227,10 +232,11 @@ class PlatformWorld {
       return std::sin(2 * world_pi * t_s / period_s + sway_phase_[i]);
     };
     Aircraft out;
-    out.ned_from_body = (Eigen::AngleAxisd(0.3 * sway(0, 25), Eigen::Vector3d::UnitZ()) *
-                         Eigen::AngleAxisd(4 * world_deg * sway(1, 3.1) - 3 * world_deg, Eigen::Vector3d::UnitY()) *
-                         Eigen::AngleAxisd(4 * world_deg * sway(2, 2.7), Eigen::Vector3d::UnitX()))
-                            .toRotationMatrix();
+    out.ned_from_body =
+        (Eigen::AngleAxisd(0.3 * sway(0, 25), Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(4 * world_deg * sway(1, 3.1) - 3 * world_deg, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(4 * world_deg * sway(2, 2.7), Eigen::Vector3d::UnitX()))
+            .toRotationMatrix();
     const Eigen::Vector3d wanted_m(over.center_m.x() + station.aside_m.x() + 0.25 * sway(3, 4.3),
                                    over.center_m.y() + station.aside_m.y() + 0.25 * sway(4, 5.9),
                                    -0.8 - station.height_m + 0.1 * sway(5, 3.7));
@@ -253,13 +259,17 @@ class PlatformWorld {
         if (!mute_reports) estimator.add_report(report(p, report_s_));
     }
     time_s_ = frame_s;
+    bias_at_frame_m_ =
+        bias_of_[static_cast<std::size_t>(std::llround((frame_s + 1) / 0.02)) % bias_of_.size()];
     last_sighting = look(frame_s, station_at(frame_s));
     return estimator.add_frame(last_sighting);
   }
   [[nodiscard]] double time_s() const { return time_s_; }
-  static std::int64_t utime_of(double t_s) { return 1'000'000 + static_cast<std::int64_t>(std::llround(t_s * 1e6)); }
-  /// The aircraft's position as its last state said it, carried to a time: what a controller subtracts.
-  [[nodiscard]] Eigen::Vector3d position_bias_m() const { return bias_now_m_; }
+  static std::int64_t utime_of(double t_s) {
+    return 1'000'000 + static_cast<std::int64_t>(std::llround(t_s * 1e6));
+  }
+  /// By how much the aircraft's position was wrong when the frame was taken: what its NED is shifted by.
+  [[nodiscard]] Eigen::Vector3d position_bias_m() const { return bias_at_frame_m_; }
 
   std::array<std::array<bool, 4>, 2> occupied;  ///< truth, may be changed on the way
   bool mute_reports = false;
@@ -274,16 +284,21 @@ class PlatformWorld {
   VehicleSample vehicle_sample(double t_s, StationAt station_at) {
     const Aircraft now = aircraft(t_s, station_at(t_s));
     constexpr double h = 1e-3;
-    const Eigen::Vector3d velocity_mps =
-        (aircraft(t_s + h, station_at(t_s + h)).position_m - aircraft(t_s - h, station_at(t_s - h)).position_m) / (2 * h);
+    const Eigen::Vector3d velocity_mps = (aircraft(t_s + h, station_at(t_s + h)).position_m -
+                                          aircraft(t_s - h, station_at(t_s - h)).position_m) /
+                                         (2 * h);
     VehicleSample sample;
     sample.utime = utime_of(t_s);
-    bias_now_m_ = position_bias_m_.next(0.02, random_);
-    sample.position_ned_m = now.position_m + bias_now_m_;
+    const Eigen::Vector3d bias_m = position_bias_m_.next(0.02, random_);
+    bias_of_[static_cast<std::size_t>(std::llround((t_s + 1) / 0.02)) % bias_of_.size()] = bias_m;
+    sample.position_ned_m = now.position_m + bias_m;
     sample.velocity_ned_mps = velocity_mps + gauss3(random_, 0.1);
     sample.ned_from_body = Eigen::Quaterniond(
-        small_turn(attitude_bias_rad_.next(0.02, random_) + gauss3(random_, 0.5 * world_deg)) * now.ned_from_body);
-    sample.position_variance_m2 = 1.5 * 1.5;
+        small_turn(attitude_bias_rad_.next(0.02, random_) + gauss3(random_, 0.5 * world_deg)) *
+        now.ned_from_body);
+    const Eigen::AngleAxisd turn(aircraft(t_s - h, station_at(t_s - h)).ned_from_body.transpose() *
+                                 aircraft(t_s + h, station_at(t_s + h)).ned_from_body);
+    sample.angular_rate_body_radps = turn.axis() * turn.angle() / (2 * h) + gauss3(random_, 0.2 * world_deg);
     sample.velocity_variance_m2ps2 = 0.01;
     sample.attitude_variance_rad2 = std::pow(0.5 * world_deg, 2);
     return sample;
@@ -292,8 +307,7 @@ class PlatformWorld {
   PlatformReport report(int p, double t_s) {
     const DeckTruth truth = deck(p, t_s);
     const auto i = static_cast<std::size_t>(p);
-    return {utime_of(t_s), p,
-            truth.center_m + report_bias_m_[i].next(0.5, random_) + gauss3(random_, 0.3),
+    return {utime_of(t_s), p, truth.center_m + report_bias_m_[i].next(0.5, random_) + gauss3(random_, 0.3),
             truth.velocity_mps + gauss3(random_, 0.1),
             truth.heading_rad + heading_bias_rad_[i] + gauss(random_, 1 * world_deg)};
   }
@@ -305,8 +319,10 @@ class PlatformWorld {
     sighting.utime = utime_of(t_s);
     // the pan-tilt holds the camera level to a third of a degree
     const Eigen::Vector3d ahead = now.ned_from_body.col(0);
-    const double pitch = -std::asin(ahead.z()), roll = std::atan2(now.ned_from_body(2, 1), now.ned_from_body(2, 2));
-    const GimbalAngles gimbal{-roll + gauss(random_, 0.3 * world_deg), -pitch + gauss(random_, 0.3 * world_deg)};
+    const double pitch = -std::asin(ahead.z()),
+                 roll = std::atan2(now.ned_from_body(2, 1), now.ned_from_body(2, 2));
+    const GimbalAngles gimbal{-roll + gauss(random_, 0.3 * world_deg),
+                              -pitch + gauss(random_, 0.3 * world_deg)};
     sighting.body_from_camera = body_from_camera(gimbal, CameraMount{});
     const Eigen::Matrix3d ned_from_camera = now.ned_from_body * sighting.body_from_camera * mount_error_;
     const Eigen::Vector3d camera_m = now.position_m + now.ned_from_body * (arm_m() + arm_error_m_);
@@ -336,7 +352,8 @@ class PlatformWorld {
     const Eigen::Vector3d center_m = ned_from_camera.transpose() * (slot_ned_m(p, slot, t_s) - eye_m);
     const double semi_axis_px = camera_f_px * 0.5 / center_m.z();
     // half of it may be cut by the border
-    if (!in_view(center_m, 0) || uniform(random_, 0, 1) < options_.missed || semi_axis_px > 300) return std::nullopt;
+    if (!in_view(center_m, 0) || uniform(random_, 0, 1) < options_.missed || semi_axis_px > 300)
+      return std::nullopt;
     const bool whole = in_view(center_m, semi_axis_px);
     const double edge_px = whole ? 0.05 : 0.2;
     const double range_m = center_m.norm(), across_m = range_m / camera_f_px * edge_px;
@@ -344,9 +361,10 @@ class PlatformWorld {
     const Eigen::Vector3d ray = center_m / range_m;
     SeenCircle seen;
     const Eigen::Matrix3d along = ray * ray.transpose();
-    seen.covariance_m2 = along_m * along_m * along + across_m * across_m * (Eigen::Matrix3d::Identity() - along);
-    seen.center_camera_m =
-        scale_ * center_m + gauss(random_, along_m) * ray + (Eigen::Matrix3d::Identity() - along) * gauss3(random_, across_m);
+    seen.covariance_m2 =
+        along_m * along_m * along + across_m * across_m * (Eigen::Matrix3d::Identity() - along);
+    seen.center_camera_m = scale_ * center_m + gauss(random_, along_m) * ray +
+                           (Eigen::Matrix3d::Identity() - along) * gauss3(random_, across_m);
     const Eigen::Vector3d normal = -ned_from_camera.transpose() * deck(p, t_s).ned_from_deck.col(2);
     const double sigma_rad = normal_sigma(edge_px / semi_axis_px, std::acos(std::min(1.0, -normal.dot(ray))));
     seen.normal_variance_rad2 = sigma_rad * sigma_rad;
@@ -365,8 +383,8 @@ class PlatformWorld {
     return sighting;
   }
 
-  /// cos(tilt) = b / a, so that sigma = sqrt(2) e / sin(tilt) for a relative error e of each semi-axis; facing the
-  /// circle sqrt(2 sqrt(2) e).
+  /// cos(tilt) = b / a, so that sigma = sqrt(2) e / sin(tilt) for a relative error e of each semi-axis;
+  /// facing the circle sqrt(2 sqrt(2) e).
   static double normal_sigma(double relative, double tilt_rad) {
     const double slope = std::numbers::sqrt2 * relative;
     return std::min(slope / std::max(1e-9, std::sin(tilt_rad)), std::sqrt(2 * slope));
@@ -393,7 +411,8 @@ class PlatformWorld {
   Eigen::Vector3d arm_error_m_;
   double stamp_late_s_ = 0;
   std::array<double, 6> sway_phase_{};
-  Eigen::Vector3d bias_now_m_ = Eigen::Vector3d::Zero();
+  std::array<Eigen::Vector3d, 16> bias_of_;  ///< of the last samples
+  Eigen::Vector3d bias_at_frame_m_;
   std::int64_t frames_ = 0;
   double vehicle_s_ = -1, report_s_ = -0.77, time_s_ = 0;
 };
