@@ -173,9 +173,10 @@ struct WorldOptions {
   bool exact = false;            ///< sensors without lasting errors: for NEES of what remains
 };
 
-/// Where the aircraft's camera is wanted at a time: over which platform, how far off its middle, how high.
+/// Where the aircraft's camera is wanted at a time: over the first platform (0) or the second (1) or between,
+/// how far off, how high over the decks.
 struct Station {
-  int platform = 0;
+  double over = 0;
   Eigen::Vector2d aside_m = Eigen::Vector2d::Zero();
   double height_m = 5;
 };
@@ -227,7 +228,8 @@ class PlatformWorld {
   };
   /// Flown so that the camera is on station, but for a sway of some decimetres and degrees.
   [[nodiscard]] Aircraft aircraft(double t_s, const Station& station) const {
-    const DeckTruth over = deck(station.platform, t_s);
+    const Eigen::Vector3d over_m =
+        (1 - station.over) * deck(0, t_s).center_m + station.over * deck(1, t_s).center_m;
     const auto sway = [&](std::size_t i, double period_s) {
       return std::sin(2 * world_pi * t_s / period_s + sway_phase_[i]);
     };
@@ -237,8 +239,8 @@ class PlatformWorld {
          Eigen::AngleAxisd(4 * world_deg * sway(1, 3.1) - 3 * world_deg, Eigen::Vector3d::UnitY()) *
          Eigen::AngleAxisd(4 * world_deg * sway(2, 2.7), Eigen::Vector3d::UnitX()))
             .toRotationMatrix();
-    const Eigen::Vector3d wanted_m(over.center_m.x() + station.aside_m.x() + 0.25 * sway(3, 4.3),
-                                   over.center_m.y() + station.aside_m.y() + 0.25 * sway(4, 5.9),
+    const Eigen::Vector3d wanted_m(over_m.x() + station.aside_m.x() + 0.25 * sway(3, 4.3),
+                                   over_m.y() + station.aside_m.y() + 0.25 * sway(4, 5.9),
                                    -0.8 - station.height_m + 0.1 * sway(5, 3.7));
     out.position_m = wanted_m - out.ned_from_body * (arm_m() + arm_error_m_);
     return out;
@@ -248,7 +250,7 @@ class PlatformWorld {
   /// aircraft's state has gone on. Returns what the estimator answers to the frame.
   template <class StationAt>
   std::vector<PlatformEstimate> next_frame(PlatformEstimator& estimator, StationAt station_at) {
-    const double frame_s = ++frames_ / options_.frame_rate_hz;
+    const double frame_s = static_cast<double>(++frames_) / options_.frame_rate_hz;
     while (vehicle_s_ < frame_s + 0.06) {
       vehicle_s_ += 0.02;
       estimator.add_vehicle(vehicle_sample(vehicle_s_, station_at));
