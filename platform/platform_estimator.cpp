@@ -24,7 +24,7 @@ constexpr double clear_margin = 3;
 constexpr int votes_to_renumber = 3;  // messages in a row: 1.5 s
 constexpr std::size_t most_free_circles = 12;
 
-/// Gives each number of slots once, at places that can be told apart.
+/// What assignment can handle.
 void check(const SlotLayout& layout) {
   if (layout.size() > most_slots)
     throw std::invalid_argument("platform.slots: more than " + std::to_string(most_slots) + " slots");

@@ -21,9 +21,9 @@ constexpr int frames_to_be_found = 3;  // clutter of the right size seldom makes
 constexpr double same_candidate_m = 0.5;
 constexpr std::int64_t candidate_kept_us = 500'000;
 
-/// A match from 12 m is good to 0.2 m, attitude included, and to some degrees. Both leave a slot's place
-/// known to a sixth of the usual spacing.
-constexpr double match_position_sigma_m = 0.2, match_heading_sigma_rad = 0.05;
+/// A match from 12 m is good to 0.2 m and some degrees, attitude included. With these every slot's place
+/// counts as known, see located(), and the next frames tell the rest.
+constexpr double match_sigma_of_spacing = 0.12, match_heading_sigma_rad = 0.04;
 
 /// Autopilots send velocity with an error that changes from one message to the next, at 50 Hz.
 constexpr double velocity_error_lasts_s = 0.02;
@@ -186,7 +186,8 @@ std::optional<double> PlatformTrack::log_likelihood(const LayoutMatch& match, st
   // a deck that should be seen and is not has gone astray, nobody knows how
   constexpr double astray_mps = 0.5;
   const double unseen_s = seen_utime_ < 0 ? 0 : static_cast<double>(utime - seen_utime_) * 1e-6;
-  covariance.diagonal().array() += std::pow(match_position_sigma_m, 2) + std::pow(astray_mps * unseen_s, 2);
+  covariance.diagonal().array() +=
+      std::pow(match_sigma_of_spacing * match.layout.spacing_m(), 2) + std::pow(astray_mps * unseen_s, 2);
   const double off = chi_square(match.center_m.head<2>() - state.mean.segment<2>(at::north), covariance);
   if (off > gate_of(2)) return std::nullopt;
   return -off / 2 - std::log(2 * std::numbers::pi * std::sqrt(covariance.determinant()));
@@ -225,9 +226,10 @@ void PlatformTrack::restart_at(const LayoutMatch& match, std::int64_t utime) {
   }
   beliefs_ = std::move(beliefs);
 
-  reset(state, at::north, match.center_m.x(), match_position_sigma_m);
-  reset(state, at::east, match.center_m.y(), match_position_sigma_m);
-  reset(state, at::down, match.center_m.z(), 2 * match_position_sigma_m);
+  const double match_sigma_m = match_sigma_of_spacing * layout_->spacing_m();
+  reset(state, at::north, match.center_m.x(), match_sigma_m);
+  reset(state, at::east, match.center_m.y(), match_sigma_m);
+  reset(state, at::down, match.center_m.z(), 2 * match_sigma_m);
   reset(state, at::heading, state.mean[at::heading] + residual_rad, match_heading_sigma_rad);
   filter_.restart(utime, state);
   seen_utime_ = measured_utime_ = utime;

@@ -77,7 +77,8 @@ void VehicleHistory::average_attitude(std::int64_t utime, VehicleMoment& moment)
   }
   if (samples == 0) return;
   moment.ned_from_body = Eigen::Quaterniond(sum.normalized());
-  moment.attitude_variance_rad2 /= samples;
+  constexpr double share_of_noise = 0.5;
+  moment.attitude_variance_rad2 *= share_of_noise / samples;
 }
 
 std::int64_t VehicleHistory::newest_utime() const {

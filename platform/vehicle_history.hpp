@@ -17,7 +17,8 @@ struct VehicleSample {
   Eigen::Quaterniond ned_from_body;
   Eigen::Vector3d angular_rate_body_radps;
   double velocity_variance_m2ps2 = 0;
-  double attitude_variance_rad2 = 0;  ///< of each angle; taken to change from sample to sample
+  double attitude_variance_rad2 =
+      0;  ///< of each angle: half noise from sample to sample, half an error that lasts
 };
 
 /// The aircraft at a moment between samples. The odometry frame has NED's axes; positions in it are sums of
@@ -29,7 +30,7 @@ struct VehicleMoment {
   Eigen::Quaterniond
       ned_from_body;  ///< mean over the samples about that moment, each carried there by its rate
   double velocity_variance_m2ps2 = 0;
-  double attitude_variance_rad2 = 0;  ///< of that mean
+  double attitude_variance_rad2 = 0;  ///< of that mean, the noise alone
 };
 
 class VehicleHistory {

@@ -302,7 +302,7 @@ class PlatformWorld {
                                  aircraft(t_s + h, station_at(t_s + h)).ned_from_body);
     sample.angular_rate_body_radps = turn.axis() * turn.angle() / (2 * h) + gauss3(random_, 0.2 * world_deg);
     sample.velocity_variance_m2ps2 = 0.01;
-    sample.attitude_variance_rad2 = std::pow(0.5 * world_deg, 2);
+    sample.attitude_variance_rad2 = 2 * std::pow(0.5 * world_deg, 2);
     return sample;
   }
 
