@@ -158,7 +158,8 @@ DeckState DeckMotion::unknown() const {
 }
 
 DeckState DeckMotion::predicted(DeckState state, double ahead_s, const Disturbance& disturbance) const {
-  const int steps = std::max(1, static_cast<int>(std::ceil(ahead_s / longest_step_s)));
+  constexpr double most_steps = 600;  // five minutes; after that nothing is known that steps could spoil
+  const int steps = static_cast<int>(std::clamp(std::ceil(ahead_s / longest_step_s), 1.0, most_steps));
   for (int i = 0; i < steps && ahead_s > 0; ++i) step(state, ahead_s / steps, disturbance);
   return state;
 }

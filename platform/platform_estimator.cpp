@@ -61,12 +61,23 @@ void PlatformEstimator::add_report(const PlatformReport& report) {
   const auto of_it = [&](const PlatformTrack& track) { return track.number() == report.platform; };
   auto track = std::find_if(tracks_.begin(), tracks_.end(), of_it);
   if (track == tracks_.end()) {
-    if (static_cast<int>(tracks_.size()) >= settings_.count) return;
+    if (!make_room(report.utime)) return;
     tracks_.emplace_back(report.platform, settings_, report.utime);
     track = std::prev(tracks_.end());
     track->set_number_certain(true);
   }
   track->hear(report, *vehicle);
+}
+
+/// A platform that speaks is real; a deck that never spoke and is out of sight may have been a false one.
+bool PlatformEstimator::make_room(std::int64_t utime) {
+  if (static_cast<int>(tracks_.size()) < settings_.count) return true;
+  const auto doubtful = std::find_if(tracks_.begin(), tracks_.end(), [&](const PlatformTrack& track) {
+    return !track.has_spoken() && !track.located(utime);
+  });
+  if (doubtful == tracks_.end()) return false;
+  tracks_.erase(doubtful);
+  return true;
 }
 
 PlatformTrack* PlatformEstimator::track_near(const Eigen::Vector2d& position_odometry_m, std::int64_t utime) {
@@ -170,7 +181,8 @@ void PlatformEstimator::find_among_free_circles(FrameInNed& frame, const FrameSi
   }
   if (static_cast<int>(tracks_.size()) < settings_.count)
     for (const LayoutMatch& match : matches_for(std::nullopt, circles_m))
-      hypotheses.push_back({tracks_.size(), match, anywhere_log_likelihood});
+      if (!track_near(match.center_m.head<2>(), frame.utime))
+        hypotheses.push_back({tracks_.size(), match, anywhere_log_likelihood});
   if (hypotheses.empty()) return;
   const auto best = std::max_element(
       hypotheses.begin(), hypotheses.end(),

@@ -33,6 +33,7 @@ class PlatformEstimator {
   [[nodiscard]] std::vector<LayoutMatch> matches_for(const std::optional<SlotLayout>& known,
                                                      const std::vector<Eigen::Vector3d>& circles_m) const;
   void settle_numbers(const PlatformReport& report, const VehicleMoment& vehicle);
+  bool make_room(std::int64_t utime);
   PlatformTrack* track_near(const Eigen::Vector2d& position_odometry_m, std::int64_t utime);
 
   PlatformSettings settings_;

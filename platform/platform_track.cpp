@@ -78,7 +78,8 @@ void PlatformTrack::hear(const PlatformReport& report, const VehicleMoment& vehi
       DeckReport{report.utime, position_m.head<2>(), report.velocity_ned_mps.head<2>(), heading_rad});
   if (verdict == Verdict::used) measured_utime_ = std::max(measured_utime_, report.utime);
   reports_refused_ = verdict == Verdict::gated ? reports_refused_ + 1 : 0;
-  if (layout_ && seen_utime_ >= 0 && report.utime - seen_utime_ < 1'000'000)
+  const bool is_new = verdict == Verdict::used || verdict == Verdict::gated;
+  if (is_new && layout_ && seen_utime_ >= 0 && report.utime - seen_utime_ < 1'000'000)
     identity_.told(wrapped(report.heading_rad - before.mean[at::heading]),
                    std::hypot(settings_.reported_heading_sigma_deg * rad_per_deg,
                               std::sqrt(before.covariance(at::heading, at::heading))));
@@ -107,10 +108,13 @@ void PlatformTrack::see(FrameInNed& frame, const FrameSighting& sighting) {
   std::vector<SlotMatch> matches =
       assign_slots(filter_.at_time(frame.utime), *layout_, frame.vehicle.position_odometry_m,
                    frame.vehicle.attitude_variance_rad2, frame.circles);
-  if (matches.empty() || !measure(frame, matches)) return;
+  const bool again =
+      seen_at(frame.utime);  // the same frame twice: its circles are taken, and nothing is learnt
+  if (matches.empty() || (!again && !measure(frame, matches))) return;
+  for (const SlotMatch& match : matches) frame.taken[match.circle] = true;
+  if (again) return;
   seen_utime_ = std::max(seen_utime_, frame.utime);
   measured_utime_ = std::max(measured_utime_, frame.utime);
-  for (const SlotMatch& match : matches) frame.taken[match.circle] = true;
   judge_slots(frame, sighting, matches);
 }
 

@@ -53,6 +53,8 @@ class PlatformTrack {
 
   /// Something was told or seen of it.
   [[nodiscard]] bool known() const { return measured_utime_ > 0; }
+  /// It has said something of itself.
+  [[nodiscard]] bool has_spoken() const { return reports_heard_ > 0; }
   /// Circles were given to it in the frame of that time.
   [[nodiscard]] bool seen_at(std::int64_t utime) const { return seen_utime_ == utime; }
 
