@@ -187,11 +187,12 @@ void PlatformTrack::judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo
 std::optional<double> PlatformTrack::log_likelihood(const LayoutMatch& match, std::int64_t utime) const {
   const DeckState state = filter_.at_time(utime);
   Eigen::Matrix2d covariance = state.covariance.block<2, 2>(at::north, at::north);
-  // a deck that should be seen and is not has gone astray, nobody knows how
-  constexpr double astray_mps = 0.5;
+  // a deck that should be seen and is not has gone astray, nobody knows how; 2 m are more than a deck strays
+  // in sight, and far less than two decks are apart
+  constexpr double astray_mps = 0.5, farthest_astray_m = 2;
   const double unseen_s = seen_utime_ < 0 ? 0 : static_cast<double>(utime - seen_utime_) * 1e-6;
-  covariance.diagonal().array() +=
-      std::pow(match_sigma_of_spacing * match.layout.spacing_m(), 2) + std::pow(astray_mps * unseen_s, 2);
+  covariance.diagonal().array() += std::pow(match_sigma_of_spacing * match.layout.spacing_m(), 2) +
+                                   std::pow(std::min(astray_mps * unseen_s, farthest_astray_m), 2);
   const double off = chi_square(match.center_m.head<2>() - state.mean.segment<2>(at::north), covariance);
   if (off > gate_of(2)) return std::nullopt;
   return -off / 2 - std::log(2 * std::numbers::pi * std::sqrt(covariance.determinant()));
@@ -235,8 +236,19 @@ void PlatformTrack::restart_at(const LayoutMatch& match, std::int64_t utime) {
   reset(state, at::east, match.center_m.y(), match_sigma_m);
   reset(state, at::down, match.center_m.z(), 2 * match_sigma_m);
   reset(state, at::heading, state.mean[at::heading] + residual_rad, match_heading_sigma_rad);
+  forget_impossible_velocity(state);
   filter_.restart(utime, state);
   seen_utime_ = measured_utime_ = utime;
+}
+
+/// A velocity not told for long may be anything by the filter, but no platform's is beyond what platforms do.
+void PlatformTrack::forget_impossible_velocity(DeckState& state) const {
+  const DeckState unknown = motion_.unknown();
+  for (const Eigen::Index axis : {at::velocity_north, at::velocity_east}) {
+    const double most = std::sqrt(unknown.covariance(axis, axis));
+    if (state.covariance(axis, axis) > most * most)
+      reset(state, axis, std::clamp(state.mean[axis], -most, most), most);
+  }
 }
 
 // ---- what is known ----
@@ -259,7 +271,9 @@ PlatformEstimate PlatformTrack::estimate(std::int64_t utime, const VehicleMoment
                                Eigen::Vector2d(swing(state.mean, at::roll), swing(state.mean, at::pitch));
   out.roll_rad = tilt.x();
   out.pitch_rad = tilt.y();
-  out.identity_certain = layout_ && seen_utime_ >= 0 && number_certain_ && identity_.certain();
+  const bool heading_known =
+      layout_ && 3 * std::sqrt(state.covariance(at::heading, at::heading)) < layout_->period_rad / 2;
+  out.identity_certain = seen_utime_ >= 0 && number_certain_ && heading_known && identity_.certain();
   out.measured_utime = measured_utime_;
   out.predictions = outlook(state, motion_, filter_.disturbance(utime), settings_);
   for (DeckPrediction& p : out.predictions) p.center_ned_m += vehicle.ned_from_odometry_m;

@@ -75,6 +75,7 @@ class PlatformTrack {
   };
 
   void restart_at(const LayoutMatch& match, std::int64_t utime);
+  void forget_impossible_velocity(DeckState& state) const;
   /// Adds the matched circles; when they don't fit together, once more without the worst. True if used.
   bool measure(const FrameInNed& frame, std::vector<SlotMatch>& matches);
   [[nodiscard]] double attitude_overlap(std::int64_t utime) const;

@@ -250,3 +250,33 @@ TEST_CASE("many false circles, wrong labels and lost frames don't move the deck"
   CHECK(errors == 0);
   CHECK(velocity_mps.value() < 0.08);
 }
+
+TEST_CASE(
+    "a minute unseen and unheard of: the heading is lost, which is said until the platform speaks again") {
+  int errors = 0;
+  for (int seed = 1; seed <= 8; ++seed) {
+    WorldOptions options = options_of(seed);
+    options.manner = Manner::turning;
+    PlatformWorld world(options);
+    PlatformEstimator estimator{PlatformSettings{}};
+    int certain_before = 0, certain_too_soon = 0, certain_after = 0;
+    while (world.time_s() < 85) {
+      world.blind = world.time_s() > 10 && world.time_s() < 70;
+      world.mute_reports = world.time_s() > 10 && world.time_s() < 75;
+      for (const PlatformEstimate& e : world.next_frame(estimator, [](double) {
+             return Station{0, {0, 0}, 8};
+           })) {
+        if (e.platform != 0) continue;
+        if (world.time_s() > 60 && world.time_s() < 75) certain_too_soon += e.identity_certain;
+        if (!in_view(e)) continue;
+        if (e.identity_certain) errors += slot_errors(e, world);
+        (world.time_s() < 60 ? certain_before : certain_after) += e.identity_certain;
+      }
+    }
+    INFO("seed " << seed);
+    CHECK(certain_before > 100);
+    CHECK(certain_too_soon == 0);
+    CHECK(certain_after > 50);
+  }
+  CHECK(errors == 0);
+}
