@@ -90,13 +90,21 @@ Gravity PoseStage::Attitude::gravity() const {
   return {(ned_from_body * body_from_camera).transpose() * Eigen::Vector3d::UnitZ(), sigma_rad};
 }
 
-PoseStage::PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus)
-    : bus_(bus), settings_(settings), camera_(camera) {
+PoseStage::PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus,
+                     const PlatformSettings& platforms)
+    : bus_(bus),
+      settings_(settings),
+      camera_(camera),
+      platforms_(platforms, camera ? camera->mount : CameraMount{}, bus) {
   bus_.subscribe<tracks_t>(channels::tracks, [this](const tracks_t& m) { on_tracks(m); });
-  bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
-                                  [this](const vehicle_state_t& m) { keep(vehicle_states_, m); });
-  bus_.subscribe<gimbal_state_t>(channels::gimbal_state,
-                                 [this](const gimbal_state_t& m) { keep(gimbal_states_, m); });
+  bus_.subscribe<vehicle_state_t>(channels::vehicle_state, [this](const vehicle_state_t& m) {
+    keep(vehicle_states_, m);
+    platforms_.hear(m);
+  });
+  bus_.subscribe<gimbal_state_t>(channels::gimbal_state, [this](const gimbal_state_t& m) {
+    keep(gimbal_states_, m);
+    platforms_.hear(m);
+  });
   bus_.subscribe<altimeter_t>(channels::altimeter, [this](const altimeter_t& m) { keep(altimeter_, m); });
 }
 
@@ -203,6 +211,7 @@ void PoseStage::on_tracks(const tracks_t& tracks) {
   }
   poses.count = static_cast<int16_t>(poses.poses.size());
   bus_.publish(channels::poses, poses);
+  platforms_.see(poses);
 }
 
 }  // namespace stevedore

@@ -1,4 +1,4 @@
-// TRACKS and the attitude in, POSES out.
+// TRACKS and the attitude in, POSES and, from them, PLATFORM_ESTIMATE out.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "geometry/camera_model.hpp"
+#include "pose_proc/platform_stage.hpp"
 #include "pose_proc/pose.hpp"
 #include "runtime/bus.hpp"
 
@@ -17,7 +18,8 @@ namespace stevedore {
 class PoseStage {
  public:
   /// Without a camera there are no metres: POSES carries the marks and says why there is no pose.
-  PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus);
+  PoseStage(const PoseSettings& settings, const std::optional<CameraModel>& camera, Bus& bus,
+            const PlatformSettings& platforms = {});
 
  private:
   /// How the aircraft and its camera stand.
@@ -48,6 +50,7 @@ class PoseStage {
   Bus& bus_;
   const PoseSettings settings_;
   const std::optional<CameraModel> camera_;
+  PlatformStage platforms_;
   std::deque<vehicle_state_t> vehicle_states_;  ///< of the last second, newest last
   std::deque<gimbal_state_t> gimbal_states_;
   std::deque<altimeter_t> altimeter_;

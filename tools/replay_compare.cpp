@@ -66,6 +66,15 @@ bool alike(const poses_t& a, const poses_t& b) {
   return !target_a || near(target_a->center_camera_m, target_b->center_camera_m, target_a->covariance_m2);
 }
 
+bool alike(const platform_estimate_t& a, const platform_estimate_t& b) {
+  if (a.platform != b.platform || a.identity_certain != b.identity_certain ||
+      a.slots.size() != b.slots.size())
+    return false;
+  double position_m2[9] = {};
+  for (int axis = 0; axis < 3; ++axis) position_m2[4 * axis] = a.covariance[7 * axis];
+  return near(a.center_ned_m, b.center_ned_m, position_m2);
+}
+
 std::set<int16_t> kinds_of(const std::vector<emergency_t>& emergencies) {
   std::set<int16_t> kinds;
   for (const emergency_t& emergency : emergencies) kinds.insert(emergency.kind);
@@ -95,18 +104,17 @@ bool alike(const LogEvent& logged, const LogEvent& replayed, const Channel<M>& c
 }  // namespace
 
 const char* const lossy_tolerances =
-    "whole ellipses and the target within 0.5 px (semi-axes 1 px), its pose within one standard deviation, "
-    "the "
-    "mission's decisions equal";
+    "whole ellipses and the target within 0.5 px (semi-axes 1 px), its pose and the platforms within one "
+    "standard deviation, the mission's decisions equal";
 
 Match match_of(const LogEvent& logged, const LogEvent& replayed, bool frames_are_lossy) {
   if (payload_of(logged.channel, logged.bytes) == payload_of(replayed.channel, replayed.bytes))
     return Match::equal;
   if (!frames_are_lossy) return Match::different;
-  const bool within = alike(logged, replayed, channels::ellipses) ||
-                      alike(logged, replayed, channels::tracks) || alike(logged, replayed, channels::poses) ||
-                      alike(logged, replayed, channels::mission) ||
-                      alike(logged, replayed, channels::track_command);
+  const bool within =
+      alike(logged, replayed, channels::ellipses) || alike(logged, replayed, channels::tracks) ||
+      alike(logged, replayed, channels::poses) || alike(logged, replayed, channels::platform_estimate) ||
+      alike(logged, replayed, channels::mission) || alike(logged, replayed, channels::track_command);
   return within ? Match::within_tolerance : Match::different;
 }
 

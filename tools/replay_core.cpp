@@ -45,10 +45,11 @@ const std::vector<StageKind>& stage_kinds() {
          return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), bus, frames);
        }},
       {"pose_proc",
-       {channels::poses.name},
+       {channels::poses.name, channels::platform_estimate.name},
        true,
        [](const Config& config, Bus& bus, FrameReader&) {
-         return std::make_shared<PoseStage>(config.section<PoseSettings>("pose"), camera_of(config), bus);
+         return std::make_shared<PoseStage>(config.section<PoseSettings>("pose"), camera_of(config), bus,
+                                            config.section<PlatformSettings>("platform"));
        }},
       {"mission_proc",
        {channels::mission.name, channels::track_command.name},

@@ -10,6 +10,7 @@
 #include "detector_proc/detector_settings.hpp"
 #include "gimbal_proc/gimbal.hpp"
 #include "mission_proc/mission.hpp"
+#include "platform/platform_settings.hpp"
 #include "pose_proc/pose_settings.hpp"
 #include "runtime/process.hpp"
 #include "sim_proc/sim_stage.hpp"
@@ -78,6 +79,7 @@ int run(int argc, char** argv) {
   print<stevedore::DetectorSettings>("detector");
   print<stevedore::TrackerSettings>("tracker");
   print<stevedore::PoseSettings>("pose");
+  print<stevedore::PlatformSettings>("platform");
   print<stevedore::MissionSettings>("mission");
   print<stevedore::RecordSettings>("record");
   print<stevedore::GimbalSettings>("gimbal");
