@@ -1,6 +1,7 @@
 // Finds painted circles and cargoes, as ellipses, in one image.
 #pragma once
 
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -9,15 +10,22 @@
 
 namespace stevedore {
 
+class ArcMethod;
+
 class Detector {
  public:
   explicit Detector(DetectorSettings settings = {});
+  Detector(Detector&&) noexcept;
+  Detector& operator=(Detector&&) noexcept;
+  ~Detector();
 
-  /// Marks in a gray8 or bgr8 image, largest first. The same image gives the same result to the bit.
+  /// Marks in a gray8 or bgr8 image, largest first. The same image gives the same result to the bit,
+  /// whatever came before it. One thread at a time: memory is kept from frame to frame.
   [[nodiscard]] std::vector<Detection> detect(const cv::Mat& image) const;
 
  private:
   DetectorSettings settings_;
+  std::unique_ptr<ArcMethod> arcs_;
 };
 
 }  // namespace stevedore

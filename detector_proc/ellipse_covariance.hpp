@@ -1,0 +1,19 @@
+// How well edges pin an ellipse down.
+#pragma once
+
+#include "detector_proc/edge_support.hpp"
+#include "geometry/ellipse.hpp"
+
+namespace stevedore {
+
+/// How far the ellipse at parameter t moves outwards, along its normal, per unit of (u, v, a, b, alpha).
+Eigen::Matrix<double, 5, 1> normal_shift(const Ellipse& ellipse, double t_rad);
+
+/// Covariance of the ellipse through the supported samples, each of which errs by `deviation_px` along the
+/// normal.
+EllipseCovariance covariance_of(const Ellipse& ellipse, const EdgeSupport& support, double deviation_px);
+
+/// Largest deviation of the edge along its normal, over the perimeter: what is extrapolated counts most.
+double worst_deviation_px(const Ellipse& ellipse, const EllipseCovariance& covariance);
+
+}  // namespace stevedore
