@@ -194,7 +194,7 @@ void drop_outliers(EdgeSupport& support) {
   sum_up(support);
 }
 
-std::optional<Ellipse> refit(EdgeSupport support, const Ellipse& ellipse) {
+std::optional<Ellipse> refit(EdgeSupport& support, const Ellipse& ellipse) {
   std::optional<Ellipse> e = ellipse;
   // from a scale that lets every edge's own error pass to one that leaves out what runs along at half a pixel
   for (const double least_deviation_px : {0.3, 0.2, 0.1}) {

@@ -48,7 +48,8 @@ int sample_count(const Ellipse& ellipse);
 /// Leaves out samples further off than the others scatter: edges of what stands in front.
 void drop_outliers(EdgeSupport& support);
 
-/// The ellipse through the edges found, weighted so that distances count (Sampson 1982).
-std::optional<Ellipse> refit(EdgeSupport support, const Ellipse& ellipse);
+/// The ellipse through the edges found, weighted so that distances count (Sampson 1982); offsets are measured
+/// from it then.
+std::optional<Ellipse> refit(EdgeSupport& support, const Ellipse& ellipse);
 
 }  // namespace stevedore

@@ -29,7 +29,7 @@ EdgeThresholds edge_thresholds(const GradientField& field) {
   constexpr double faintest_step = 4, faintest_start = 7;
   // White noise has a Rayleigh distribution: 1.8 medians are passed by 10 % of the pixels, so that an edge
   // is not lost at a bad one; 3 medians by 0.2 %, and hardly by neighbours that agree in direction.
-  constexpr double follow_medians = 1.5, start_medians = 2.5;
+  constexpr double follow_medians = 2.0, start_medians = 3.5;
   const double median = median_magnitude(field.magnitude);
   constexpr double unit = GradientField::step_response;
   return {static_cast<int>(std::lround(std::max(unit * faintest_step, follow_medians * median))),

@@ -13,6 +13,14 @@ std::vector<EllipseEdge> dump_edges;
 #endif
 namespace {
 
+/// One look along an ellipse: band as a share of the semi-minor axis, its least width, most samples, and how
+/// much evidence later rounds may still bring.
+struct Round {
+  double share, least_px;
+  int most_count;
+  double slack;
+};
+
 Bright bright_of(const Arc& arc) {
   return arc.turn_rad > 0 ? Bright::within : Bright::without;
 }
@@ -29,43 +37,19 @@ double share_on(const Ellipse& e, const std::vector<EdgePoint>& points, const Ar
   return static_cast<double>(on) / looked_at;
 }
 
-/// An ellipse through an arc lies on the inner side of the arc's tangents, and beyond its chord.
-class InnerSide {
- public:
-  InnerSide(const std::vector<EdgePoint>& points, const Arc& arc)
-      : first_(points[static_cast<std::size_t>(arc.begin)]),
-        last_(points[static_cast<std::size_t>(arc.end - 1)]),
-        sign_(arc.turn_rad > 0 ? 1.F : -1.F) {
-    chord_u_ = last_.u_px - first_.u_px;
-    chord_v_ = last_.v_px - first_.v_px;
-    const float length = std::hypot(chord_u_, chord_v_);
-    if (length > 0) chord_u_ /= length, chord_v_ /= length;
+bool on_inner_side(const ArcHull& hull, const EdgePoint& p) {
+  constexpr float slack_px = 3;  // of places, and of tangents that err by 3 degrees over 60 px
+  for (const auto& line : hull.lines) {
+    if (line.u * p.u_px + line.v * p.v_px + line.offset < -slack_px) return false;
   }
+  return true;
+}
 
-  [[nodiscard]] bool holds(const EdgePoint& p) const {
-    constexpr float slack_px = 3;  // of sub-pixel places and of tangents that err by 3 degrees over 60 px
-    return inner(first_, first_.tangent_u, first_.tangent_v, p) > -slack_px &&
-           inner(last_, last_.tangent_u, last_.tangent_v, p) > -slack_px &&
-           inner(first_, chord_u_, chord_v_, p) > -slack_px;
-  }
-
- private:
-  [[nodiscard]] float inner(const EdgePoint& from, float tu, float tv, const EdgePoint& p) const {
-    return sign_ * (tu * (p.v_px - from.v_px) - tv * (p.u_px - from.u_px));
-  }
-
-  EdgePoint first_, last_;
-  float sign_;
-  float chord_u_, chord_v_;
-};
-
-bool mutually_inner(const std::vector<EdgePoint>& points, const Arc& a, const Arc& b) {
-  const auto holds_arc = [&](const InnerSide& side, const Arc& arc) {
-    return side.holds(points[static_cast<std::size_t>(arc.begin)]) &&
-           side.holds(points[static_cast<std::size_t>(arc.end - 1)]) &&
-           side.holds(points[static_cast<std::size_t>((arc.begin + arc.end) / 2)]);
+bool mutually_inner(const ArcHull& a, const ArcHull& b) {
+  const auto holds = [](const ArcHull& hull, const ArcHull& other) {
+    return on_inner_side(hull, other.middle) && on_inner_side(hull, other.first) && on_inner_side(hull, other.last);
   };
-  return holds_arc(InnerSide(points, a), b) && holds_arc(InnerSide(points, b), a);
+  return holds(a, b) && holds(b, a);
 }
 
 }  // namespace
@@ -73,6 +57,7 @@ bool mutually_inner(const std::vector<EdgePoint>& points, const Arc& a, const Ar
 std::vector<EllipseEdge> EllipseSearch::search(const Arcs& arcs) {
   arcs_ = &arcs;
   found_.clear();
+  taken_.assign(arcs.arcs.size(), false);
   free_.resize(arcs.arcs.size());
   for (std::size_t k = 0; k < free_.size(); ++k) free_[k] = static_cast<int>(k);
   const auto length = [&](int k) {
@@ -81,6 +66,7 @@ std::vector<EllipseEdge> EllipseSearch::search(const Arcs& arcs) {
   };
   std::stable_sort(free_.begin(), free_.end(), [&](int a, int b) { return length(a) > length(b); });
   from_single_arcs();
+  find_hulls();
   from_pairs();
   std::stable_sort(found_.begin(), found_.end(),
                    [](const EllipseEdge& a, const EllipseEdge& b) { return a.evidence > b.evidence; });
@@ -90,9 +76,9 @@ std::vector<EllipseEdge> EllipseSearch::search(const Arcs& arcs) {
 void EllipseSearch::from_single_arcs() {
   // An arc of less than 60 degrees leaves the ellipse open; pairs will do.
   constexpr float min_turn_rad = 1.05F;
-  const std::vector<int> order = free_;
+  const std::vector<int> order = free_;  // keep() takes out of it
   for (const int k : order) {
-    if (std::find(free_.begin(), free_.end(), k) == free_.end()) continue;
+    if (!is_free(k)) continue;
     const Arc& arc = arcs_->arcs[static_cast<std::size_t>(k)];
     if (std::abs(arc.turn_rad) < min_turn_rad) continue;
     if (try_sums(arc.sums, bright_of(arc))) continue;
@@ -102,29 +88,54 @@ void EllipseSearch::from_single_arcs() {
   }
 }
 
+void EllipseSearch::find_hulls() {
+  hulls_.clear();
+  for (const int k : free_) {
+    const Arc& arc = arcs_->arcs[static_cast<std::size_t>(k)];
+    const EdgePoint &first = arcs_->points[static_cast<std::size_t>(arc.begin)],
+                    &last = arcs_->points[static_cast<std::size_t>(arc.end - 1)];
+    const float sign = arc.turn_rad > 0 ? 1.F : -1.F;
+    const auto line = [&](const EdgePoint& through, float tu, float tv) {
+      return ArcHull::Line{-sign * tv, sign * tu, sign * (tv * through.u_px - tu * through.v_px)};
+    };
+    const float du = last.u_px - first.u_px, dv = last.v_px - first.v_px;
+    const float chord = std::max(std::hypot(du, dv), 1e-3F);
+    hulls_.push_back({k, arc.end - arc.begin, arc.turn_rad > 0, first,
+                      arcs_->points[static_cast<std::size_t>((arc.begin + arc.end) / 2)], last,
+                      {line(first, du / chord, dv / chord), line(first, first.tangent_u, first.tangent_v),
+                       line(last, last.tangent_u, last.tangent_v)}});
+  }
+}
+
 void EllipseSearch::from_pairs() {
   // The longest arcs; texture may leave hundreds, and a mark's are among its longest.
   constexpr std::size_t most_arcs = 160;
-  std::vector<int> order(free_.begin(),
-                         free_.begin() + static_cast<std::ptrdiff_t>(std::min(free_.size(), most_arcs)));
-  const auto is_free = [&](int k) { return std::find(free_.begin(), free_.end(), k) != free_.end(); };
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    for (std::size_t j = i + 1; j < order.size() && is_free(order[i]); ++j) {
-      const Arc& a = arcs_->arcs[static_cast<std::size_t>(order[i])];
-      const Arc& b = arcs_->arcs[static_cast<std::size_t>(order[j])];
-      if (bright_of(a) != bright_of(b) || !is_free(order[j]) || !mutually_inner(arcs_->points, a, b))
-        continue;
-      ConicSums sums = a.sums;
-      sums.add(b.sums);
-      const auto ellipse = sums.solve(frame_);
-      if (!ellipse || !plausible(*ellipse)) continue;
-      const double near_px = std::max(2.0, 0.06 * ellipse->b_px);
-      if (share_on(*ellipse, arcs_->points, a, near_px) < 0.7 ||
-          share_on(*ellipse, arcs_->points, b, near_px) < 0.7)
-        continue;
-      if (auto edge = settle(*ellipse, bright_of(a), settings_.min_log_odds)) keep(std::move(*edge));
+  // The least support that makes a small ellipse believable, less what lies between the arcs.
+  constexpr int min_length = 32;
+  if (hulls_.size() > most_arcs) hulls_.resize(most_arcs);
+  for (std::size_t i = 0; i < hulls_.size(); ++i) {
+    const ArcHull& a = hulls_[i];
+    for (std::size_t j = i + 1; j < hulls_.size() && is_free(a.arc); ++j) {
+      const ArcHull& b = hulls_[j];
+      if (a.length + b.length < min_length) break;  // they come longest first
+      if (a.clockwise == b.clockwise && mutually_inner(a, b) && is_free(b.arc)) try_pair(a.arc, b.arc);
     }
   }
+}
+
+void EllipseSearch::try_pair(int first, int second) {
+  const Arc &a = arcs_->arcs[static_cast<std::size_t>(first)], &b = arcs_->arcs[static_cast<std::size_t>(second)];
+  ConicSums sums = a.sums;
+  sums.add(b.sums);
+  const auto ellipse = sums.solve(frame_);
+  if (!ellipse || !plausible(*ellipse)) return;
+  const double near_px = std::max(1.5, 0.04 * ellipse->b_px);
+  if (share_on(*ellipse, arcs_->points, a, near_px) < 0.7 || share_on(*ellipse, arcs_->points, b, near_px) < 0.7) return;
+  if (auto edge = settle(*ellipse, bright_of(a), settings_.min_log_odds)) keep(std::move(*edge));
+}
+
+bool EllipseSearch::is_free(int arc) const {
+  return !taken_[static_cast<std::size_t>(arc)];
 }
 
 bool EllipseSearch::try_sums(const ConicSums& sums, Bright bright) {
@@ -144,38 +155,39 @@ bool EllipseSearch::plausible(const Ellipse& e) const {
          e.u_px < width + e.a_px && e.v_px < height + e.a_px;
 }
 
-bool EllipseSearch::at_first_sight(const Ellipse& e, Bright bright) const {
-  const EdgeSupport support =
-      look_along(field_, e, bright, std::max(2.0, 0.1 * e.b_px), thresholds_.follow, 16);
-  return support.supported_px > 0.3 * support.perimeter_px;
-}
-
-std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright bright,
-                                                 double min_log_odds) const {
-  if (!plausible(guess) || !at_first_sight(guess, bright)) return std::nullopt;
+std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright bright, double min_log_odds) const {
+  if (!plausible(guess)) return std::nullopt;
   Ellipse e = guess;
-  for (const double band : {0.1, 0.03}) {
-    const EdgeSupport support = look_along(field_, e, bright, std::clamp(band * e.b_px, 2.0, 8.0),
-                                           thresholds_.follow, sample_count(e));
+  const auto look = [&](double band_px, int count) { return look_along(field_, e, bright, band_px, thresholds_.follow, count); };
+  // in a band that shrinks, as long as the evidence would do if every edge found were in its place
+  for (const auto& [share, least_px, most_count, slack] :
+       {Round{0.06, 2, 32, 8}, Round{0.06, 2, 64, 4}, Round{0.03, 2, 128, 2}}) {
+    EdgeSupport support = look(std::clamp(share * e.b_px, least_px, 6.0), std::min(sample_count(e), most_count));
+    if (best_log_odds(support) < min_log_odds) return std::nullopt;
     const auto better = refit(support, e);
     if (!better || !plausible(*better)) return std::nullopt;
     e = *better;
+    drop_outliers(support);
+    if (log_odds(support) < min_log_odds - slack) return std::nullopt;
   }
-  EllipseEdge edge{e, bright, look_along(field_, e, bright, 1.0, thresholds_.follow, sample_count(e)), 0};
+  EllipseEdge edge{e, bright, look(1, sample_count(e)), 0, 0};
   drop_outliers(edge.support);
-  edge.open_px = worst_deviation_px(e, covariance_of(e, edge.support, std::max(edge.support.rms_px, 0.1)));
   edge.evidence = log_odds(edge.support);
 #ifdef DUMP
   dump_edges.push_back(edge);
 #endif
-  if (edge.evidence < min_log_odds || edge.open_px > settings_.max_open_ratio * e.b_px) return std::nullopt;
+  if (edge.evidence < min_log_odds) return std::nullopt;
+  edge.open_px = worst_deviation_px(e, covariance_of(e, edge.support, std::max(edge.support.rms_px, 0.1)));
+  if (edge.open_px > settings_.max_open_ratio * e.b_px) return std::nullopt;
   return edge;
 }
 
 void EllipseSearch::keep(EllipseEdge edge) {
   std::erase_if(free_, [&](int k) {
     const Arc& arc = arcs_->arcs[static_cast<std::size_t>(k)];
-    return bright_of(arc) == edge.bright && share_on(edge.ellipse, arcs_->points, arc, 2) > 0.6;
+    const bool on = bright_of(arc) == edge.bright && share_on(edge.ellipse, arcs_->points, arc, 2) > 0.6;
+    if (on) taken_[static_cast<std::size_t>(k)] = true;
+    return on;
   });
   found_.push_back(std::move(edge));
 }

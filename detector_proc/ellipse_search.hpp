@@ -2,6 +2,7 @@
 // out.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "detector_proc/arcs.hpp"
@@ -20,6 +21,19 @@ struct EllipseEdge {
   double open_px = 0;  ///< deviation of the edge where the fit leaves it open most
 };
 
+/// What two arcs are asked first: an ellipse through an arc lies beyond its chord and on the inner side of its
+/// tangents.
+struct ArcHull {
+  struct Line {
+    float u, v, offset;  ///< u * u_px + v * v_px + offset >= 0 on the ellipse's side, in pixels
+  };
+  int arc;
+  int length;
+  bool clockwise;
+  EdgePoint first, middle, last;
+  std::array<Line, 3> lines;
+};
+
 class EllipseSearch {
  public:
   EllipseSearch(const GradientField& field, const EdgeThresholds& thresholds, const FitFrame& frame,
@@ -35,10 +49,12 @@ class EllipseSearch {
 
  private:
   void from_single_arcs();
+  void find_hulls();
   void from_pairs();
+  void try_pair(int first, int second);
+  [[nodiscard]] bool is_free(int arc) const;
   bool try_sums(const ConicSums& sums, Bright bright);
   [[nodiscard]] bool plausible(const Ellipse& ellipse) const;
-  [[nodiscard]] bool at_first_sight(const Ellipse& ellipse, Bright bright) const;
   void keep(EllipseEdge edge);
 
   const GradientField& field_;
@@ -47,6 +63,8 @@ class EllipseSearch {
   const DetectorSettings& settings_;
   const Arcs* arcs_ = nullptr;
   std::vector<int> free_;  ///< arcs that belong to no ellipse yet, longest first
+  std::vector<bool> taken_;
+  std::vector<ArcHull> hulls_;  ///< of the free arcs
   std::vector<EllipseEdge> found_;
 };
 

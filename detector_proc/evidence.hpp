@@ -8,4 +8,7 @@ namespace stevedore {
 /// Log odds that these edges are an ellipse and not texture that one happens to go through.
 double log_odds(const EdgeSupport& support);
 
+/// The same if every edge found were in its place: what is below can be left.
+double best_log_odds(const EdgeSupport& support);
+
 }  // namespace stevedore
