@@ -28,22 +28,20 @@ float angle(float gu, float gv, float hu, float hv) {
 /// The gradient's direction along a chain, accumulated, each the mean of three neighbours.
 void accumulate_turns(const short* gradient, const int* pixels, int count, std::vector<float>& turns_rad) {
   turns_rad.resize(static_cast<std::size_t>(count));
-  const auto mean = [&](int k) {
-    float u = 0, v = 0;
-    for (int j = std::max(k - 1, 0); j <= std::min(k + 1, count - 1); ++j) {
-      u += static_cast<float>(gradient[2 * pixels[j]]);
-      v += static_cast<float>(gradient[2 * pixels[j] + 1]);
-    }
-    return std::pair(u, v);
-  };
-  auto [u, v] = mean(0);
+  const auto u_of = [&](int k) { return static_cast<int>(gradient[2 * pixels[k]]); };
+  const auto v_of = [&](int k) { return static_cast<int>(gradient[2 * pixels[k] + 1]); };
+  int u1 = u_of(0), v1 = v_of(0), u2 = u_of(1), v2 = v_of(1);  // this pixel and the next
+  int u = u1 + u2, v = v1 + v2;
   float turn = 0;
-  for (int k = 0; k < count; ++k) {
-    const auto [next_u, next_v] = mean(k);
-    turn += angle(u, v, next_u, next_v);
-    u = next_u;
-    v = next_v;
+  turns_rad[0] = 0;
+  for (int k = 1; k < count; ++k) {
+    const int last = std::min(k + 1, count - 1), u3 = u_of(last), v3 = v_of(last);
+    const int next_u = u1 + u2 + u3, next_v = v1 + v2 + v3;
+    turn += angle(static_cast<float>(u), static_cast<float>(v), static_cast<float>(next_u),
+                  static_cast<float>(next_v));
     turns_rad[static_cast<std::size_t>(k)] = turn;
+    u = next_u, v = next_v;
+    u1 = u2, v1 = v2, u2 = u3, v2 = v3;
   }
 }
 

@@ -23,7 +23,7 @@ struct EdgeSample {
 };
 
 struct EdgeSupport {
-  static constexpr int max_samples = 128;
+  static constexpr int max_samples = 96;
   std::array<EdgeSample, max_samples> samples;
   int count = 0;
 
@@ -38,11 +38,11 @@ struct EdgeSupport {
 };
 
 /// Looks for the strongest edge of this contrast within `band_px` of the ellipse, at `count` points of its
-/// perimeter; edges count from `threshold` on and within 30 degrees of the normal.
+/// perimeter; edges count from `threshold` on and within 25 degrees of the normal.
 EdgeSupport look_along(const GradientField& field, const Ellipse& ellipse, Bright bright, double band_px,
                        int threshold, int count);
 
-/// As many samples as tell something new: one every two pixels, the width of the derivative's blur.
+/// As many samples as tell something new: one every three pixels, the width of the derivative's blur.
 int sample_count(const Ellipse& ellipse);
 
 /// Leaves out samples further off than the others scatter: edges of what stands in front.

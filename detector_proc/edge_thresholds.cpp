@@ -1,8 +1,8 @@
 #include "detector_proc/edge_thresholds.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <vector>
 
 namespace stevedore {
 namespace {
@@ -11,15 +11,20 @@ namespace {
 constexpr int pitch_px = 8;
 
 int median_magnitude(const cv::Mat& magnitude) {
-  std::vector<ushort> sample;
+  // to 16 units, a third of a grey level
+  constexpr int shift = 4;
+  std::array<int, (65536 >> shift)> histogram{};
+  int count = 0;
   for (int v = pitch_px / 2; v < magnitude.rows; v += pitch_px) {
     const ushort* row = magnitude.ptr<ushort>(v);
-    for (int u = pitch_px / 2; u < magnitude.cols; u += pitch_px) sample.push_back(row[u]);
+    for (int u = pitch_px / 2; u < magnitude.cols; u += pitch_px, ++count) ++histogram[row[u] >> shift];
   }
-  if (sample.empty()) return 0;
-  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
-  std::nth_element(sample.begin(), middle, sample.end());
-  return *middle;
+  int below = 0;
+  for (std::size_t bin = 0; bin < histogram.size(); ++bin) {
+    below += histogram[bin];
+    if (2 * below > count) return static_cast<int>((bin << shift) + (1U << shift) / 2);
+  }
+  return 0;
 }
 
 }  // namespace

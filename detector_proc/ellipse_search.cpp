@@ -29,7 +29,7 @@ Bright bright_of(const Arc& arc) {
 double share_on(const Ellipse& e, const std::vector<EdgePoint>& points, const Arc& arc, double distance_px) {
   const EllipseDistance distance(e);
   int on = 0, looked_at = 0;
-  const int step = std::max(1, (arc.end - arc.begin) / 12);
+  const int step = std::max(1, (arc.end - arc.begin) / 8);
   for (int k = arc.begin; k < arc.end; k += step, ++looked_at) {
     const EdgePoint& p = points[static_cast<std::size_t>(k)];
     if (std::abs(distance(p.u_px, p.v_px)) < distance_px) ++on;
@@ -47,7 +47,8 @@ bool on_inner_side(const ArcHull& hull, const EdgePoint& p) {
 
 bool mutually_inner(const ArcHull& a, const ArcHull& b) {
   const auto holds = [](const ArcHull& hull, const ArcHull& other) {
-    return on_inner_side(hull, other.middle) && on_inner_side(hull, other.first) && on_inner_side(hull, other.last);
+    return on_inner_side(hull, other.middle) && on_inner_side(hull, other.first) &&
+           on_inner_side(hull, other.last);
   };
   return holds(a, b) && holds(b, a);
 }
@@ -100,8 +101,12 @@ void EllipseSearch::find_hulls() {
     };
     const float du = last.u_px - first.u_px, dv = last.v_px - first.v_px;
     const float chord = std::max(std::hypot(du, dv), 1e-3F);
-    hulls_.push_back({k, arc.end - arc.begin, arc.turn_rad > 0, first,
-                      arcs_->points[static_cast<std::size_t>((arc.begin + arc.end) / 2)], last,
+    hulls_.push_back({k,
+                      arc.end - arc.begin,
+                      arc.turn_rad,
+                      first,
+                      arcs_->points[static_cast<std::size_t>((arc.begin + arc.end) / 2)],
+                      last,
                       {line(first, du / chord, dv / chord), line(first, first.tangent_u, first.tangent_v),
                        line(last, last.tangent_u, last.tangent_v)}});
   }
@@ -112,25 +117,32 @@ void EllipseSearch::from_pairs() {
   constexpr std::size_t most_arcs = 160;
   // The least support that makes a small ellipse believable, less what lies between the arcs.
   constexpr int min_length = 32;
+  // Together they are a fifth of the way round, or the ellipse is anyone's.
+  constexpr float min_turn_rad = 1.3F;
   if (hulls_.size() > most_arcs) hulls_.resize(most_arcs);
   for (std::size_t i = 0; i < hulls_.size(); ++i) {
     const ArcHull& a = hulls_[i];
     for (std::size_t j = i + 1; j < hulls_.size() && is_free(a.arc); ++j) {
       const ArcHull& b = hulls_[j];
       if (a.length + b.length < min_length) break;  // they come longest first
-      if (a.clockwise == b.clockwise && mutually_inner(a, b) && is_free(b.arc)) try_pair(a.arc, b.arc);
+      if (std::abs(a.turn_rad + b.turn_rad) >= min_turn_rad && a.turn_rad * b.turn_rad > 0 &&
+          mutually_inner(a, b) && is_free(b.arc))
+        try_pair(a.arc, b.arc);
     }
   }
 }
 
 void EllipseSearch::try_pair(int first, int second) {
-  const Arc &a = arcs_->arcs[static_cast<std::size_t>(first)], &b = arcs_->arcs[static_cast<std::size_t>(second)];
+  const Arc &a = arcs_->arcs[static_cast<std::size_t>(first)],
+            &b = arcs_->arcs[static_cast<std::size_t>(second)];
   ConicSums sums = a.sums;
   sums.add(b.sums);
   const auto ellipse = sums.solve(frame_);
   if (!ellipse || !plausible(*ellipse)) return;
   const double near_px = std::max(1.5, 0.04 * ellipse->b_px);
-  if (share_on(*ellipse, arcs_->points, a, near_px) < 0.7 || share_on(*ellipse, arcs_->points, b, near_px) < 0.7) return;
+  if (share_on(*ellipse, arcs_->points, a, near_px) < 0.7 ||
+      share_on(*ellipse, arcs_->points, b, near_px) < 0.7)
+    return;
   if (auto edge = settle(*ellipse, bright_of(a), settings_.min_log_odds)) keep(std::move(*edge));
 }
 
@@ -155,14 +167,18 @@ bool EllipseSearch::plausible(const Ellipse& e) const {
          e.u_px < width + e.a_px && e.v_px < height + e.a_px;
 }
 
-std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright bright, double min_log_odds) const {
+std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright bright,
+                                                 double min_log_odds) const {
   if (!plausible(guess)) return std::nullopt;
   Ellipse e = guess;
-  const auto look = [&](double band_px, int count) { return look_along(field_, e, bright, band_px, thresholds_.follow, count); };
+  const auto look = [&](double band_px, int count) {
+    return look_along(field_, e, bright, band_px, thresholds_.follow, count);
+  };
   // in a band that shrinks, as long as the evidence would do if every edge found were in its place
   for (const auto& [share, least_px, most_count, slack] :
-       {Round{0.06, 2, 32, 8}, Round{0.06, 2, 64, 4}, Round{0.03, 2, 128, 2}}) {
-    EdgeSupport support = look(std::clamp(share * e.b_px, least_px, 6.0), std::min(sample_count(e), most_count));
+       {Round{0.06, 2, 24, 9}, Round{0.06, 2, 48, 4}, Round{0.03, 2, 96, 2}}) {
+    EdgeSupport support =
+        look(std::clamp(share * e.b_px, least_px, 6.0), std::min(sample_count(e), most_count));
     if (best_log_odds(support) < min_log_odds) return std::nullopt;
     const auto better = refit(support, e);
     if (!better || !plausible(*better)) return std::nullopt;

@@ -21,15 +21,15 @@ struct EllipseEdge {
   double open_px = 0;  ///< deviation of the edge where the fit leaves it open most
 };
 
-/// What two arcs are asked first: an ellipse through an arc lies beyond its chord and on the inner side of its
-/// tangents.
+/// What two arcs are asked first: an ellipse through an arc lies beyond its chord and on the inner side of
+/// its tangents.
 struct ArcHull {
   struct Line {
     float u, v, offset;  ///< u * u_px + v * v_px + offset >= 0 on the ellipse's side, in pixels
   };
   int arc;
   int length;
-  bool clockwise;
+  float turn_rad;
   EdgePoint first, middle, last;
   std::array<Line, 3> lines;
 };

@@ -8,27 +8,26 @@
 namespace stevedore {
 namespace {
 
-constexpr int directions = 48;
+constexpr int directions = 32;
 
 /// Votes for one scale: in every direction each edge that faces the right way votes once.
 std::vector<float> votes_of(const EllipseEdge& inner, const GradientField& field, int threshold, int bins) {
   const Ellipse& e = inner.ellipse;
   const float sign = inner.bright == Bright::within ? 1.F : -1.F;  // opposite to the inner edge's
   std::vector<float> votes(static_cast<std::size_t>(bins), 0.F);
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
   for (int k = 0; k < directions; ++k) {
-    const Eigen::Vector2d rim = point_at(e, 2 * M_PI * k / directions) - Eigen::Vector2d(e.u_px, e.v_px);
+    const double t = 2 * M_PI * k / directions, ct = std::cos(t), st = std::sin(t);
+    const double rim_u = c * e.a_px * ct - s * e.b_px * st, rim_v = s * e.a_px * ct + c * e.b_px * st;
     // outward normal of any scaled copy in this direction
-    const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
-    const double x = (c * rim.x() + s * rim.y()) / (e.a_px * e.a_px);
-    const double y = (c * rim.y() - s * rim.x()) / (e.b_px * e.b_px);
-    const double length = std::hypot(x, y);
+    const double x = e.b_px * ct, y = e.a_px * st, length = std::sqrt(x * x + y * y);
     const auto nu = static_cast<float>((c * x - s * y) / length),
                nv = static_cast<float>((s * x + c * y) / length);
+    const double step_u = rim_u / e.b_px, step_v = rim_v / e.b_px;
     float last = 0, before_last = 0;
     for (int bin = 2; bin < bins; ++bin) {
-      const double scale = 1 + bin / e.b_px;
-      const int u = static_cast<int>(std::lrint(e.u_px + scale * rim.x()));
-      const int v = static_cast<int>(std::lrint(e.v_px + scale * rim.y()));
+      const int u = static_cast<int>(std::floor(e.u_px + rim_u + bin * step_u + 0.5));
+      const int v = static_cast<int>(std::floor(e.v_px + rim_v + bin * step_v + 0.5));
       if (u < 1 || v < 1 || u > field.magnitude.cols - 2 || v > field.magnitude.rows - 2) break;
       const short* g = field.gradient.ptr<short>(v) + 2 * u;
       const float across = sign * (static_cast<float>(g[0]) * nu + static_cast<float>(g[1]) * nv);
