@@ -5,9 +5,11 @@
 
 #include "detector_proc/edge_owners.hpp"
 #include "detector_proc/edge_thresholds.hpp"
+#include "detector_proc/ellipse_covariance.hpp"
 #include "detector_proc/ellipse_search.hpp"
 #include "detector_proc/mark_grouping.hpp"
 #include "detector_proc/ring_search.hpp"
+#include "detector_proc/subpixel_fit.hpp"
 
 namespace stevedore {
 namespace {
@@ -27,20 +29,65 @@ Ellipse enlarged(const Ellipse& e, int factor) {
           e.alpha_rad};
 }
 
-Detection detection_of(const MarkEdges& mark, int factor) {
+/// Fit and covariance as the search leaves them, at full size.
+EllipseFit coarse_fit(const EllipseEdge& edge, int factor) {
+  EllipseFit fit{enlarged(edge.ellipse, factor),
+                 covariance_of(edge.ellipse, edge.support, std::max(edge.support.rms_px, 0.1))};
+  fit.covariance.topRows<4>() *= factor;
+  fit.covariance.leftCols<4>() *= factor;
+  return fit;
+}
+
+/// Half the way to the mark's other edge: what may be looked at of this one.
+double reach_px(const MarkEdges& mark, int factor) {
+  constexpr double unlimited_px = 100;
+  if (!mark.inner) return unlimited_px;
+  return factor * std::max(mark.outer.ellipse.b_px - mark.inner->ellipse.b_px, 0.0) / 2;
+}
+
+EllipseFit fine_fit(const EllipseEdge& edge, const LightImage& light, int factor, double reach,
+                    int most_strips) {
+  const EllipseFit coarse = coarse_fit(edge, factor);
+  const double blur_px = 0.8 * factor;  // of a sharp lens at working size
+  const auto fine = fit_subpixel(light, coarse.ellipse, edge.bright, blur_px, reach, most_strips);
+  // it must be the same edge
+  const double margin_px = std::max(1.5, 0.05 * edge.ellipse.b_px) * factor;
+  const bool same = fine && std::abs(fine->fit.ellipse.a_px - coarse.ellipse.a_px) < margin_px &&
+                    std::abs(fine->fit.ellipse.b_px - coarse.ellipse.b_px) < margin_px &&
+                    std::hypot(fine->fit.ellipse.u_px - coarse.ellipse.u_px,
+                               fine->fit.ellipse.v_px - coarse.ellipse.v_px) < margin_px;
+  return same ? fine->fit : coarse;
+}
+
+/// Eq. (4) of the paper: mean of |left-hand side - 1| over the edge points.
+double algebraic_error(const EllipseEdge& edge) {
+  double sum = 0, count = 0;
+  for (int k = 0; k < edge.support.count; ++k) {
+    const EdgeSample& s = edge.support.samples[static_cast<std::size_t>(k)];
+    if (!s.found) continue;
+    sum += std::abs(normalized_radius_squared(edge.ellipse, {s.point.u_px, s.point.v_px}) - 1);
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+Detection detection_of(const MarkEdges& mark, const LightImage& light, int factor, int most_strips) {
+  // An edge with a gap of more than a tenth is not seen whole.
+  constexpr double whole_coverage = 0.9;
   Detection d;
-  d.outer.ellipse = enlarged(mark.outer.ellipse, factor);
-  d.outer.covariance.setIdentity();
-  d.coverage = mark.outer.support.coverage();
-  d.error = mark.outer.open_px / mark.outer.ellipse.b_px;
-  d.kind = d.coverage > 0.8 ? Kind::whole : Kind::partial;
-  d.label = mark.contained ? Label::cargo : Label::circle;
+  const double reach = reach_px(mark, factor);
+  d.outer = fine_fit(mark.outer, light, factor, reach, most_strips);
+  if (mark.inner) d.inner = fine_fit(*mark.inner, light, factor, reach, most_strips);
+  d.coverage = std::min(1.0, mark.outer.support.coverage());
+  d.error = algebraic_error(mark.outer);
+  d.kind = d.coverage >= whole_coverage ? Kind::whole : Kind::partial;
   return d;
 }
 
 }  // namespace
 
-std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings) {
+std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
+                                         const LightCurve& curve) {
   const int reduction = reduction_of(image.size(), settings.working_size_px);
   cv::Mat small = image;
   if (reduction > 1) {
@@ -60,11 +107,14 @@ std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSet
       edges.push_back(std::move(*outer));
     }
   }
+  const LightImage light(image, curve);
   std::vector<Detection> found;
   std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
   find_containers(marks);
   for (const MarkEdges& mark : marks) {
-    found.push_back(detection_of(mark, reduction));
+    Detection d = detection_of(mark, light, reduction, settings.subpixel_strips);
+    d.label = mark.contained ? Label::cargo : Label::circle;
+    found.push_back(std::move(d));
   }
   return found;
 }

@@ -9,6 +9,7 @@
 #include "detector_proc/detector_settings.hpp"
 #include "detector_proc/edge_chains.hpp"
 #include "detector_proc/gradient_field.hpp"
+#include "detector_proc/light_image.hpp"
 #include "geometry/detection.hpp"
 
 namespace stevedore {
@@ -16,7 +17,8 @@ namespace stevedore {
 /// Holds what one frame after the other can use again: memory, nothing that a result depends on.
 class ArcMethod {
  public:
-  std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings);
+  std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings,
+                                const LightCurve& curve);
 
  private:
   GradientField field_;

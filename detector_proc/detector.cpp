@@ -20,7 +20,8 @@ Detector::~Detector() = default;
 std::vector<Detection> Detector::detect(const cv::Mat& image) const {
   if (image.empty()) return {};
   assert(image.type() == CV_8UC1 || image.type() == CV_8UC3);
-  return settings_.method == "paper" ? detect_by_paper(image, settings_) : arcs_->detect(image, settings_);
+  return settings_.method == "paper" ? detect_by_paper(image, settings_)
+                                     : arcs_->detect(image, settings_, curve_);
 }
 
 }  // namespace stevedore

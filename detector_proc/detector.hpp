@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "detector_proc/detector_settings.hpp"
+#include "detector_proc/light_image.hpp"
 #include "geometry/detection.hpp"
 
 namespace stevedore {
@@ -14,7 +15,8 @@ class ArcMethod;
 
 class Detector {
  public:
-  explicit Detector(DetectorSettings settings = {});
+  /// `curve`: light by level of the camera, for sub-pixel edges; levels are taken as light without.
+  explicit Detector(DetectorSettings settings = {}, const LightCurve& curve = linear_curve());
   Detector(Detector&&) noexcept;
   Detector& operator=(Detector&&) noexcept;
   ~Detector();
@@ -25,6 +27,7 @@ class Detector {
 
  private:
   DetectorSettings settings_;
+  LightCurve curve_;
   std::unique_ptr<ArcMethod> arcs_;
 };
 

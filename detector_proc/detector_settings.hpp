@@ -39,6 +39,8 @@ struct DetectorSettings {
   double max_open_ratio = 0.07;  ///< deviation of the least certain part of the edge over the semi-minor
                                  ///< axis: two deviations there cost 0.2 of overlap at most
 
+  int subpixel_strips = 64;  ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
+
   // Method paper, from here on.
 
   // Contours. Gradients as cv::Canny counts them (3x3 Sobel, |du| + |dv|): a sharp step of n grey levels
@@ -86,6 +88,8 @@ void describe(DetectorSettings& s, Visitor& visit) {
         "arcs; raise: fewer false ellipses, more missed that are small or hidden");
   visit("max_open_ratio", s.max_open_ratio, 0.001, 1.0, "1",
         "arcs; raise: ellipses of which little is seen are accepted");
+  visit("subpixel_strips", s.subpixel_strips, 0, 100000, "rows and columns",
+        "arcs; raise: less noise of the sub-pixel edge, at more cost; 0: all there are");
   visit("canny_low", s.canny_low, 1.0, 2000.0, "grey levels", "raise: edges break where they are faint");
   visit("canny_high", s.canny_high, 1.0, 2000.0, "grey levels", "raise: fewer faint circles, less clutter");
   visit.list("colors", s.colors, "colours that count as paint, besides edges");
