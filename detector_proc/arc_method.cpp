@@ -8,6 +8,7 @@
 #include "detector_proc/ellipse_covariance.hpp"
 #include "detector_proc/ellipse_search.hpp"
 #include "detector_proc/mark_grouping.hpp"
+#include "detector_proc/mark_meaning.hpp"
 #include "detector_proc/ring_search.hpp"
 #include "detector_proc/subpixel_fit.hpp"
 
@@ -91,7 +92,10 @@ std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSet
   const int reduction = reduction_of(image.size(), settings.working_size_px);
   cv::Mat small = image;
   if (reduction > 1) {
-    cv::resize(image, small_, image.size() / reduction, 0, 0, cv::INTER_AREA);
+    const cv::Size size = image.size() / reduction;
+    if (size.empty()) return {};
+    // what is left over at the right and lower border makes no whole pixel
+    cv::resize(image(cv::Rect({0, 0}, size * reduction)), small_, size, 0, 0, cv::INTER_AREA);
     small = small_;
   }
   compute_gradient(small, field_);
@@ -109,11 +113,12 @@ std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSet
   }
   const LightImage light(image, curve);
   std::vector<Detection> found;
-  std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
-  find_containers(marks);
-  for (const MarkEdges& mark : marks) {
-    Detection d = detection_of(mark, light, reduction, settings.subpixel_strips);
-    d.label = mark.contained ? Label::cargo : Label::circle;
+  const std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
+  const std::vector<MarkMeaning> meanings = find_meanings(marks, field_, thresholds);
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    Detection d = detection_of(marks[k], light, reduction, settings.subpixel_strips);
+    d.label = meanings[k].label;
+    d.occupied = meanings[k].occupied;
     found.push_back(std::move(d));
   }
   return found;

@@ -8,8 +8,8 @@
 
 namespace stevedore {
 
-Detector::Detector(DetectorSettings settings)
-    : settings_(std::move(settings)), arcs_(std::make_unique<ArcMethod>()) {
+Detector::Detector(DetectorSettings settings, const LightCurve& curve)
+    : settings_(std::move(settings)), curve_(curve), arcs_(std::make_unique<ArcMethod>()) {
   assert(settings_.method == "arcs" || settings_.method == "paper");
 }
 

@@ -30,13 +30,6 @@ bool one_ring(const EllipseEdge& inner, const EllipseEdge& outer, double min_rin
   return r.high < 1.02 && mean > min_ring_ratio && r.high - r.low < (cut ? 0.3 : 0.2);
 }
 
-/// Most of the inner one's edge lies within the outer one.
-bool lies_within(const Ellipse& inner, const Ellipse& outer) {
-  int within = 0;
-  for (int k = 0; k < 16; ++k) within += normalized_radius_squared(outer, point_at(inner, M_PI * k / 8)) < 1;
-  return within >= 14;
-}
-
 }  // namespace
 
 std::vector<MarkEdges> group_rings(std::vector<EllipseEdge> edges, double min_ring_ratio) {
@@ -55,14 +48,6 @@ std::vector<MarkEdges> group_rings(std::vector<EllipseEdge> edges, double min_ri
     }
   }
   return marks;
-}
-
-void find_containers(std::vector<MarkEdges>& marks) {
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    for (std::size_t j = 0; j < i && !marks[i].contained; ++j) {
-      marks[i].contained = !marks[j].contained && lies_within(marks[i].outer.ellipse, marks[j].outer.ellipse);
-    }
-  }
 }
 
 }  // namespace stevedore

@@ -1,4 +1,4 @@
-// From edges to marks: a ring's edges are one mark; what stands in a circle is a cargo.
+// From edges to marks: a ring's edges are one mark.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,9 @@ namespace stevedore {
 struct MarkEdges {
   EllipseEdge outer;
   std::optional<EllipseEdge> inner;
-  bool contained = false;  ///< stands within another mark
 };
 
 /// Largest first; concentric edges are one mark.
 std::vector<MarkEdges> group_rings(std::vector<EllipseEdge> edges, double min_ring_ratio);
-
-void find_containers(std::vector<MarkEdges>& marks);
 
 }  // namespace stevedore
