@@ -12,7 +12,6 @@
 
 #include "bench/test_images.hpp"
 #include "detector_proc/detector.hpp"
-#include "detector_proc/region_search.hpp"
 
 namespace {
 
@@ -53,13 +52,13 @@ Ellipse off_by_a_little(const Ellipse& e) {
 std::vector<Contender> contenders() {
   static const Detector full(with("arcs")), paper(with("paper"));
   DetectorSettings thorough = with("arcs");
-  static const LightCurve& curve = linear_curve();
-  static const auto region_settings = with("arcs");
-  const auto region = [](RegionFit fit) {
-    return [fit](const cv::Mat& image, const Detection* expected) {
-      EllipseFit near = expected->outer;
-      near.ellipse = off_by_a_little(near.ellipse);
-      search_region(image, near, curve, region_settings, fit);
+  thorough.subpixel_strips = 0;
+  static const Detector every_pixel(thorough);
+  const auto region = [](const Detector& detector) {
+    return [&detector](const cv::Mat& image, const Detection* expected) {
+      Detection near = *expected;
+      near.outer.ellipse = off_by_a_little(near.outer.ellipse);
+      (void)detector.detect_near(image, near);
     };
   };
   static const auto drawing = [] {
@@ -71,10 +70,10 @@ std::vector<Contender> contenders() {
   }();
   return {
       {"front end", [](const cv::Mat& image, const Detection*) { front_end(image); }},
-      {"full", [](const cv::Mat& image, const Detection*) { full.detect(image); }},
-      {"region", region(RegionFit::quick), true},
-      {"region, full refit", region(RegionFit::every_pixel), true},
-      {"method paper", [](const cv::Mat& image, const Detection*) { paper.detect(image); }},
+      {"full", [](const cv::Mat& image, const Detection*) { (void)full.detect(image); }},
+      {"region", region(full), true},
+      {"region, full refit", region(every_pixel), true},
+      {"method paper", [](const cv::Mat& image, const Detection*) { (void)paper.detect(image); }},
       {"EdgeDrawing::detectEllipses",
        [](const cv::Mat& image, const Detection*) {
          std::vector<cv::Vec6d> ellipses;
@@ -128,18 +127,21 @@ std::vector<std::optional<Detection>> expected_marks(const ImageFolder& folder) 
   return marks;
 }
 
-/// Every contender on every frame, one frame after the other, so that a machine that slows down does so for all;
-/// the best of `repeats` for each frame.
-std::vector<std::vector<double>> time_all(const ImageFolder& folder, const std::vector<Contender>& all, int repeats) {
+/// Every contender on every frame, one frame after the other, so that a machine that slows down does so for
+/// all; the best of `repeats` for each frame.
+std::vector<std::vector<double>> time_all(const ImageFolder& folder, const std::vector<Contender>& all,
+                                          int repeats) {
   const auto expected = expected_marks(folder);
   std::vector<std::vector<double>> times(all.size());
   for (std::size_t i = 0; i < folder.images.size(); ++i) {
-    if (i % 50 == 0) std::cerr << "\r" << folder.name << ": " << i << " of " << folder.images.size() << std::flush;
+    if (i % 50 == 0)
+      std::cerr << "\r" << folder.name << ": " << i << " of " << folder.images.size() << std::flush;
     const Detection* mark = expected[i] ? &*expected[i] : nullptr;
     for (std::size_t k = 0; k < all.size(); ++k) {
       if (all[k].needs_expected && !mark) continue;
       double best = 1e9;
-      for (int r = 0; r < repeats; ++r) best = std::min(best, ms_of([&] { all[k].run(folder.images[i], mark); }));
+      for (int r = 0; r < repeats; ++r)
+        best = std::min(best, ms_of([&] { all[k].run(folder.images[i], mark); }));
       times[k].push_back(best);
     }
   }
@@ -151,8 +153,8 @@ void report(const ImageFolder& folder, int repeats, nlohmann::ordered_json& json
   const auto all = contenders();
   const auto times = time_all(folder, all, repeats);
   const double median_ms = share_of(times[0], 0.5), p90_ms = share_of(times[0], 0.9);
-  std::printf("\n%s, %zu images          median ms     p90 ms   / front end   / front end's p90\n", folder.name.c_str(),
-              folder.images.size());
+  std::printf("\n%s, %zu images          median ms     p90 ms   / front end   / front end's p90\n",
+              folder.name.c_str(), folder.images.size());
   for (std::size_t k = 0; k < all.size(); ++k) {
     const double median = share_of(times[k], 0.5), p90 = share_of(times[k], 0.9);
     std::printf("  %-30s %12.4f %10.4f %12.3f %12.3f\n", all[k].name.c_str(), median, p90, median / median_ms,
@@ -170,8 +172,8 @@ void report_sizes(const ImageFolder& folder) {
   std::printf("\n%s, cost against size    full ms   us / kilopixel   / front end\n", folder.name.c_str());
   const Detector detector;
   const std::size_t step = std::max<std::size_t>(1, folder.images.size() / 12);
-  for (const cv::Size size : {cv::Size(320, 240), cv::Size(640, 480), cv::Size(1280, 960), cv::Size(1920, 1080),
-                              cv::Size(2560, 1440), cv::Size(3840, 2160)}) {
+  for (const cv::Size size : {cv::Size(320, 240), cv::Size(640, 480), cv::Size(1280, 960),
+                              cv::Size(1920, 1080), cv::Size(2560, 1440), cv::Size(3840, 2160)}) {
     std::vector<double> full, front;
     for (std::size_t i = 0; i < folder.images.size(); i += step) {
       cv::Mat image;
@@ -179,14 +181,14 @@ void report_sizes(const ImageFolder& folder) {
       double best_full = 1e9, best_front = 1e9;
       for (int r = 0; r < 3; ++r) {
         best_front = std::min(best_front, ms_of([&] { front_end(image); }));
-        best_full = std::min(best_full, ms_of([&] { detector.detect(image); }));
+        best_full = std::min(best_full, ms_of([&] { (void)detector.detect(image); }));
       }
       full.push_back(best_full);
       front.push_back(best_front);
     }
     const double median = share_of(full, 0.5);
-    std::printf("  %4d x %4d %18.3f %16.2f %13.3f\n", size.width, size.height, median, 1e6 * median / size.area(),
-                median / share_of(front, 0.5));
+    std::printf("  %4d x %4d %18.3f %16.2f %13.3f\n", size.width, size.height, median,
+                1e6 * median / size.area(), median / share_of(front, 0.5));
   }
 }
 
@@ -194,14 +196,18 @@ void report_sizes(const ImageFolder& folder) {
 
 int main(int argc, char** argv) {
   cv::setNumThreads(1);
-  CLI::App app("Times detectors and their floors on image folders: one thread, one table.", "compare_detectors");
+  CLI::App app("Times detectors and their floors on image folders: one thread, one table.",
+               "compare_detectors");
   std::vector<std::string> folders;
   std::string json_file;
   int repeats = 5;
   bool no_sizes = false;
-  app.add_option("FOLDER", folders, "Folders of images, searched to their depth")->required()->check(CLI::ExistingDirectory);
+  app.add_option("FOLDER", folders, "Folders of images, searched to their depth")
+      ->required()
+      ->check(CLI::ExistingDirectory);
   app.add_option("--json", json_file, "Also write the table to this file");
-  app.add_option("--repeats", repeats, "Times each frame is done; the fastest counts")->check(CLI::Range(1, 1000));
+  app.add_option("--repeats", repeats, "Times each frame is done; the fastest counts")
+      ->check(CLI::Range(1, 1000));
   app.add_flag("--no-sizes", no_sizes, "Leave out the cost against size");
   CLI11_PARSE(app, argc, argv);
   auto json = nlohmann::ordered_json::array();

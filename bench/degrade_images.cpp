@@ -20,8 +20,8 @@ struct Degradation {
 };
 
 const std::map<std::string, Degradation> degradations = {
-    {"contrast", {.contrast = 0.3}},  {"noise", {.noise = 15}}, {"blur", {.blur_px = 2.5}},
-    {"jpeg", {.jpeg_quality = 40}},   {"x2", {.scale = 2}},     {"x4", {.scale = 4}},
+    {"contrast", {.contrast = 0.3}}, {"noise", {.noise = 15}}, {"blur", {.blur_px = 2.5}},
+    {"jpeg", {.jpeg_quality = 40}},  {"x2", {.scale = 2}},     {"x4", {.scale = 4}},
     {"half", {.scale = 0.5}},
 };
 
@@ -70,21 +70,26 @@ int main(int argc, char** argv) {
   CLI::App app("Writes degraded copies of an image folder and of its truth.jsonl.", "degrade_images");
   std::string from, to;
   std::vector<std::string> kinds;
-  app.add_option("FROM", from, "Folder of images, with truth.jsonl")->required()->check(CLI::ExistingDirectory);
+  app.add_option("FROM", from, "Folder of images, with truth.jsonl")
+      ->required()
+      ->check(CLI::ExistingDirectory);
   app.add_option("TO", to, "Folder that is made: TO/KIND/...")->required();
-  app.add_option("--kind", kinds, "contrast (x 0.3), noise (15 levels), blur (2.5 px), jpeg (40), x2, x4, half; default all")
+  app.add_option("--kind", kinds,
+                 "contrast (x 0.3), noise (15 levels), blur (2.5 px), jpeg (40), x2, x4, half; default all")
       ->check(CLI::IsMember({"contrast", "noise", "blur", "jpeg", "x2", "x4", "half"}));
   CLI11_PARSE(app, argc, argv);
   for (const auto& [kind, degradation] : degradations) {
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) continue;
     std::vector<fs::path> files;
     for (const auto& entry : fs::recursive_directory_iterator(from)) {
-      if (entry.is_regular_file() && cv::haveImageReader(entry.path().string())) files.push_back(entry.path());
+      if (entry.is_regular_file() && cv::haveImageReader(entry.path().string()))
+        files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());
     cv::RNG random(1);
     for (std::size_t i = 0; i < files.size(); ++i) {
-      if (i % 50 == 0) std::cerr << '\r' << kind << ": " << i << " of " << files.size() << "   " << std::flush;
+      if (i % 50 == 0)
+        std::cerr << '\r' << kind << ": " << i << " of " << files.size() << "   " << std::flush;
       const cv::Mat image = cv::imread(files[i].string(), cv::IMREAD_ANYCOLOR);
       if (image.empty()) continue;
       fs::path out = fs::path(to) / kind / fs::relative(files[i], from);

@@ -85,36 +85,65 @@ Detection detection_of(const MarkEdges& mark, const LightImage& light, int facto
   return d;
 }
 
+/// Looks outwards from every edge that is not the outer one of a ring already.
+void add_outer_edges(std::vector<EllipseEdge>& edges, const GradientField& field,
+                     const EdgeThresholds& thresholds, const EllipseSearch& search, double min_ring_ratio) {
+  const std::size_t count = edges.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (auto outer = look_outwards(edges[k], field, thresholds, search, min_ring_ratio)) {
+      edges.push_back(std::move(*outer));
+    }
+  }
+}
+
+/// What is looked at for an expected ellipse: its box, and 0.4 semi-axes around for motion and for the ground
+/// that its outer edge needs.
+cv::Rect neighbourhood(const Ellipse& e, cv::Size image) {
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
+  const double half_u = std::hypot(e.a_px * c, e.b_px * s), half_v = std::hypot(e.a_px * s, e.b_px * c);
+  const double margin_px = 0.4 * e.b_px + 6;
+  const auto box =
+      cv::Rect(cv::Point(cvFloor(e.u_px - half_u - margin_px), cvFloor(e.v_px - half_v - margin_px)),
+               cv::Point(cvCeil(e.u_px + half_u + margin_px), cvCeil(e.v_px + half_v + margin_px)));
+  return box & cv::Rect({0, 0}, image);
+}
+
+/// Between what is found and what was expected, in semi-minor axes of place plus logarithms of size. Half a
+/// semi-axis of unforeseen motion and a fifth of size; a ring's inner edge or a rim within is further off.
+constexpr double most_mismatch = 0.6;
+
+double mismatch(const Ellipse& e, const Ellipse& expected) {
+  return std::hypot(e.u_px - expected.u_px, e.v_px - expected.v_px) / expected.b_px +
+         std::abs(std::log(e.a_px / expected.a_px)) + std::abs(std::log(e.b_px / expected.b_px)) / 2;
+}
+
 }  // namespace
 
 std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
                                          const LightCurve& curve) {
-  const int reduction = reduction_of(image.size(), settings.working_size_px);
-  cv::Mat small = image;
+  return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), settings, curve);
+}
+
+std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduction,
+                                                 const DetectorSettings& settings, const LightCurve& curve) {
+  const cv::Size size = image.size() / reduction;
+  if (size.empty()) return {};
   if (reduction > 1) {
-    const cv::Size size = image.size() / reduction;
-    if (size.empty()) return {};
     // what is left over at the right and lower border makes no whole pixel
     cv::resize(image(cv::Rect({0, 0}, size * reduction)), small_, size, 0, 0, cv::INTER_AREA);
-    small = small_;
   }
-  compute_gradient(small, field_);
+  compute_gradient(reduction > 1 ? small_ : image, field_);
   const EdgeThresholds thresholds = edge_thresholds(field_);
   linker_.link(field_, thresholds, min_chain_length, chains_);
-  const FitFrame frame = fit_frame(small.size());
+  const FitFrame frame = fit_frame(size);
   splitter_.split(field_, chains_, frame, arcs_);
   EllipseSearch search(field_, thresholds, frame, settings);
   std::vector<EllipseEdge> edges = search.search(arcs_);
-  const std::size_t count = edges.size();
-  for (std::size_t k = 0; k < count; ++k) {
-    if (auto outer = look_outwards(edges[k], field_, thresholds, search, settings.min_ring_ratio)) {
-      edges.push_back(std::move(*outer));
-    }
-  }
-  const LightImage light(image, curve);
-  std::vector<Detection> found;
+  add_outer_edges(edges, field_, thresholds, search, settings.min_ring_ratio);
   const std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
   const std::vector<MarkMeaning> meanings = find_meanings(marks, field_, thresholds);
+  const LightImage light(image, curve);
+  std::vector<Detection> found;
   for (std::size_t k = 0; k < marks.size(); ++k) {
     Detection d = detection_of(marks[k], light, reduction, settings.subpixel_strips);
     d.label = meanings[k].label;
@@ -122,6 +151,27 @@ std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSet
     found.push_back(std::move(d));
   }
   return found;
+}
+
+std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Ellipse& expected,
+                                                const DetectorSettings& settings, const LightCurve& curve) {
+  const cv::Rect region = neighbourhood(expected, image.size());
+  if (region.width < 16 || region.height < 16) return std::nullopt;
+  // the size at which an ellipse is found with the fewest pixels
+  constexpr int least_semi_minor_px = 14;
+  const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
+  std::optional<Detection> nearest;
+  double least = most_mismatch;
+  for (Detection& d : detect_reduced(image(region), reduction, settings, curve)) {
+    for (EllipseFit* fit : {&d.outer, d.inner ? &*d.inner : nullptr}) {
+      if (!fit) continue;
+      fit->ellipse.u_px += region.x;
+      fit->ellipse.v_px += region.y;
+    }
+    const double m = mismatch(d.outer.ellipse, expected);
+    if (m < least) least = m, nearest = std::move(d);
+  }
+  return nearest;
 }
 
 }  // namespace stevedore

@@ -1,8 +1,8 @@
 // The default method: arcs of edge chains, ellipses by evidence along their edges.
 #pragma once
 
-#include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "detector_proc/arcs.hpp"
@@ -20,7 +20,15 @@ class ArcMethod {
   std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings,
                                 const LightCurve& curve);
 
+  /// The mark nearest to an expected ellipse, looked for in its neighbourhood only: the same method at the
+  /// size at which the mark is small. Nothing within half a semi-axis and a fifth of size: not there.
+  std::optional<Detection> detect_near(const cv::Mat& image, const Ellipse& expected,
+                                       const DetectorSettings& settings, const LightCurve& curve);
+
  private:
+  std::vector<Detection> detect_reduced(const cv::Mat& image, int reduction, const DetectorSettings& settings,
+                                        const LightCurve& curve);
+
   GradientField field_;
   EdgeLinker linker_;
   EdgeChains chains_;
