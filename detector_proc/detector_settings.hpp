@@ -39,7 +39,11 @@ struct DetectorSettings {
   double max_open_ratio = 0.07;  ///< deviation of the least certain part of the edge over the semi-minor
                                  ///< axis: two deviations there cost 0.2 of overlap at most
 
-  int subpixel_strips = 64;  ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
+  std::string search =
+      "full";                 ///< region: where the tracker expects marks, the whole frame on a schedule and
+                              ///< whenever one is not found there. Whoever is new waits for the schedule
+  int full_every_frames = 6;  ///< 0.2 s at 30 Hz
+  int subpixel_strips = 64;   ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
 
   // Method paper, from here on.
 
@@ -88,6 +92,10 @@ void describe(DetectorSettings& s, Visitor& visit) {
         "arcs; raise: fewer false ellipses, more missed that are small or hidden");
   visit("max_open_ratio", s.max_open_ratio, 0.001, 1.0, "1",
         "arcs; raise: ellipses of which little is seen are accepted");
+  visit.choice("search", s.search, {"full", "region"},
+               "arcs; region: look where the tracker expects marks, the whole frame now and then");
+  visit("full_every_frames", s.full_every_frames, 1, 1000, "frames",
+        "region search; raise: new marks are noticed later, at less cost");
   visit("subpixel_strips", s.subpixel_strips, 0, 100000, "rows and columns",
         "arcs; raise: less noise of the sub-pixel edge, at more cost; 0: all there are");
   visit("canny_low", s.canny_low, 1.0, 2000.0, "grey levels", "raise: edges break where they are faint");
