@@ -78,7 +78,7 @@ Detection detection_of(const MarkEdges& mark, const LightImage& light, int facto
   Detection d;
   const double reach = reach_px(mark, factor);
   d.outer = fine_fit(mark.outer, light, factor, reach, most_strips);
-  if (mark.inner) d.inner = fine_fit(*mark.inner, light, factor, reach, most_strips);
+  if (mark.inner) d.inner = fine_fit(*mark.inner, light, factor, reach, (most_strips + 1) / 2);
   d.coverage = std::min(1.0, mark.outer.support.coverage());
   d.error = algebraic_error(mark.outer);
   d.kind = d.coverage >= whole_coverage ? Kind::whole : Kind::partial;
@@ -90,6 +90,10 @@ void add_outer_edges(std::vector<EllipseEdge>& edges, const GradientField& field
                      const EdgeThresholds& thresholds, const EllipseSearch& search, double min_ring_ratio) {
   const std::size_t count = edges.size();
   for (std::size_t k = 0; k < count; ++k) {
+    const bool known = std::any_of(edges.begin(), edges.end(), [&](const EllipseEdge& outer) {
+      return outer.ellipse.b_px > edges[k].ellipse.b_px + 2 && one_ring(edges[k], outer, min_ring_ratio);
+    });
+    if (known) continue;
     if (auto outer = look_outwards(edges[k], field, thresholds, search, min_ring_ratio)) {
       edges.push_back(std::move(*outer));
     }

@@ -25,23 +25,35 @@ std::optional<Ellipse> ellipse_from(const Eigen::Matrix<double, 5, 1>& conic) {
 }  // namespace
 
 void ConicSums::add(const EdgePoint& p, const FitFrame& frame, double weight, double lever_px) {
-  const double x = (p.u_px - frame.u_px) / frame.scale_px, y = (p.v_px - frame.v_px) / frame.scale_px;
-  const double tx = p.tangent_u, ty = p.tangent_v;
-  const double lever = lever_px / frame.scale_px;
-  const std::array<double, 6> on{x * x - y * y, x * y, x, y, 1, -y * y};
-  const std::array<double, 6> along{2 * lever * (x * tx - y * ty),
-                                    lever * (y * tx + x * ty),
-                                    lever * tx,
-                                    lever * ty,
-                                    0,
-                                    -2 * lever * y * ty};
-  std::size_t k = 0;
-  for (std::size_t row = 0; row < 6; ++row) {
-    const double on_row = weight * on[row], along_row = weight * along[row];
-    for (std::size_t column = row; column < 6; ++column, ++k) {
-      sums_[k] += on_row * on[column] + along_row * along[column];
-    }
-  }
+  const double inverse = 1 / frame.scale_px;
+  const double x = (p.u_px - frame.u_px) * inverse, y = (p.v_px - frame.v_px) * inverse;
+  const double tx = lever_px * inverse * p.tangent_u, ty = lever_px * inverse * p.tangent_v;
+  const double w = weight, a = x * x - y * y, b = x * y, r = -y * y;             // on the conic
+  const double c = 2 * (x * tx - y * ty), d = y * tx + x * ty, q = -2 * y * ty;  // along it
+  const double wa = w * a, wb = w * b, wx = w * x, wy = w * y;
+  const double wc = w * c, wd = w * d, wtx = w * tx, wty = w * ty;
+  const std::array<double, 21> terms{wa * a + wc * c,
+                                     wa * b + wc * d,
+                                     wa * x + wc * tx,
+                                     wa * y + wc * ty,
+                                     wa,
+                                     wa * r + wc * q,
+                                     wb * b + wd * d,
+                                     wb * x + wd * tx,
+                                     wb * y + wd * ty,
+                                     wb,
+                                     wb * r + wd * q,
+                                     wx * x + wtx * tx,
+                                     wx * y + wtx * ty,
+                                     wx,
+                                     wx * r + wtx * q,
+                                     wy * y + wty * ty,
+                                     wy,
+                                     wy * r + wty * q,
+                                     w,
+                                     w * r,
+                                     w * (r * r + q * q)};
+  for (std::size_t k = 0; k < terms.size(); ++k) sums_[k] += terms[k];
 }
 
 void ConicSums::add(const ConicSums& other) {

@@ -9,23 +9,36 @@ namespace stevedore {
 
 using std::numbers::pi;
 
-Eigen::Matrix<double, 5, 1> normal_shift(const Ellipse& e, double t) {
-  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad), ct = std::cos(t), st = std::sin(t);
-  const double length = std::hypot(e.b_px * ct, e.a_px * st);
-  const double along = e.b_px * ct / length, across = e.a_px * st / length;  // the normal, in the axes' frame
-  Eigen::Matrix<double, 5, 1> row;
-  row << c * along - s * across, s * along + c * across, along * ct, across * st,
-      across * e.a_px * ct - along * e.b_px * st;
-  return row;
+namespace {
+
+using Row = Eigen::Matrix<double, 5, 1>;
+
+/// Goes round an ellipse in equal steps of its parameter.
+template <class Visit>
+void go_round(const Ellipse& e, int count, Visit visit) {
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
+  const double step_cosine = std::cos(2 * pi / count), step_sine = std::sin(2 * pi / count);
+  double ct = 1, st = 0;
+  for (int k = 0; k < count; ++k) {
+    const double x = e.b_px * ct, y = e.a_px * st, length = std::sqrt(x * x + y * y);
+    const double along = x / length, across = y / length;  // the normal, in the axes' frame
+    // how far the edge moves outwards per unit of (u, v, a, b, alpha)
+    visit(k, (Row() << c * along - s * across, s * along + c * across, along * ct, across * st,
+              across * e.a_px * ct - along * e.b_px * st)
+                 .finished());
+    const double next = ct * step_cosine - st * step_sine;
+    st = st * step_cosine + ct * step_sine;
+    ct = next;
+  }
 }
+
+}  // namespace
 
 EllipseCovariance covariance_of(const Ellipse& e, const EdgeSupport& support, double deviation_px) {
   EllipseCovariance information = EllipseCovariance::Zero();
-  for (int k = 0; k < support.count; ++k) {
-    if (!support.samples[static_cast<std::size_t>(k)].found) continue;
-    const auto row = normal_shift(e, 2 * pi * k / support.count);
-    information += row * row.transpose();
-  }
+  go_round(e, support.count, [&](int k, const Row& row) {
+    if (support.samples[static_cast<std::size_t>(k)].found) information += row * row.transpose();
+  });
   information /= deviation_px * deviation_px;
   // What is known before any edge: alpha within half a turn (a circle's stays so), all else within 10^4 px.
   information.diagonal() +=
@@ -35,10 +48,7 @@ EllipseCovariance covariance_of(const Ellipse& e, const EdgeSupport& support, do
 
 double worst_deviation_px(const Ellipse& ellipse, const EllipseCovariance& covariance) {
   double worst = 0;
-  for (int k = 0; k < 16; ++k) {
-    const auto row = normal_shift(ellipse, pi * k / 8);
-    worst = std::max(worst, row.dot(covariance * row));
-  }
+  go_round(ellipse, 16, [&](int, const Row& row) { worst = std::max(worst, row.dot(covariance * row)); });
   return std::sqrt(worst);
 }
 

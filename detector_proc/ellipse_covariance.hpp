@@ -6,9 +6,6 @@
 
 namespace stevedore {
 
-/// How far the ellipse at parameter t moves outwards, along its normal, per unit of (u, v, a, b, alpha).
-Eigen::Matrix<double, 5, 1> normal_shift(const Ellipse& ellipse, double t_rad);
-
 /// Covariance of the ellipse through the supported samples, each of which errs by `deviation_px` along the
 /// normal.
 EllipseCovariance covariance_of(const Ellipse& ellipse, const EdgeSupport& support, double deviation_px);

@@ -8,9 +8,6 @@
 #include "detector_proc/evidence.hpp"
 
 namespace stevedore {
-#ifdef DUMP
-std::vector<EllipseEdge> dump_edges;
-#endif
 namespace {
 
 /// One look along an ellipse: band as a share of the semi-minor axis, its least width, most samples, and how
@@ -189,9 +186,6 @@ std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright br
   EllipseEdge edge{e, bright, look(1, sample_count(e)), 0, 0};
   drop_outliers(edge.support);
   edge.evidence = log_odds(edge.support);
-#ifdef DUMP
-  dump_edges.push_back(edge);
-#endif
   if (edge.evidence < min_log_odds) return std::nullopt;
   edge.open_px = worst_deviation_px(e, covariance_of(e, edge.support, std::max(edge.support.rms_px, 0.1)));
   if (edge.open_px > settings_.max_open_ratio * e.b_px) return std::nullopt;

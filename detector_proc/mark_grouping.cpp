@@ -21,6 +21,8 @@ Ratios ratios_of(const Ellipse& inner, const Ellipse& outer) {
   return r;
 }
 
+}  // namespace
+
 /// Perspective moves the centre of a ring's inner edge by less than a tenth of its width at 60 degrees from
 /// above; what a cut ellipse's fit leaves open comes on top.
 bool one_ring(const EllipseEdge& inner, const EllipseEdge& outer, double min_ring_ratio) {
@@ -29,8 +31,6 @@ bool one_ring(const EllipseEdge& inner, const EllipseEdge& outer, double min_rin
   const bool cut = std::min(inner.support.coverage(), outer.support.coverage()) < 0.7;
   return r.high < 1.02 && mean > min_ring_ratio && r.high - r.low < (cut ? 0.3 : 0.2);
 }
-
-}  // namespace
 
 std::vector<MarkEdges> group_rings(std::vector<EllipseEdge> edges, double min_ring_ratio) {
   std::stable_sort(edges.begin(), edges.end(), [](const EllipseEdge& a, const EllipseEdge& b) {

@@ -54,15 +54,16 @@ std::optional<bool> plain_inside(const Ellipse& e, const GradientField& field, i
   constexpr double margin_px = 4;  // reach of the derivative at the circle's own edge, blur and all
   const double share = 1 - margin_px / e.b_px;
   if (share < 0.4) return std::nullopt;
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
   int looked_at = 0, edges = 0, all = 0;
   for (int i = 0; i < grid; ++i) {
     for (int j = 0; j < grid; ++j) {
-      const double x = (2 * i + 1.0) / grid - 1, y = (2 * j + 1.0) / grid - 1, radius = std::hypot(x, y);
-      if (radius > 1) continue;
+      const double x = (2 * i + 1.0) / grid - 1, y = (2 * j + 1.0) / grid - 1;
+      if (x * x + y * y > 1) continue;
       ++all;
-      const Eigen::Vector2d p = point_at(
-          {e.u_px, e.v_px, radius * share * e.a_px, radius * share * e.b_px, e.alpha_rad}, std::atan2(y, x));
-      const int u = static_cast<int>(std::lround(p.x())), v = static_cast<int>(std::lround(p.y()));
+      const double along = share * e.a_px * x, across = share * e.b_px * y;
+      const int u = static_cast<int>(std::floor(e.u_px + c * along - s * across + 0.5));
+      const int v = static_cast<int>(std::floor(e.v_px + s * along + c * across + 0.5));
       if (u < 1 || v < 1 || u >= field.magnitude.cols - 1 || v >= field.magnitude.rows - 1) continue;
       ++looked_at;
       edges += field.magnitude.ptr<ushort>(v)[u] > threshold ? 1 : 0;
