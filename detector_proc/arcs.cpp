@@ -14,8 +14,8 @@ constexpr float hysteresis_rad = 0.14F;
 constexpr float corner_rad = 0.8F;
 constexpr int corner_px = 6;
 /// Arcs that turn less than 25 degrees say nothing about an ellipse; of 8 px, little.
-constexpr float min_turn_rad = 0.44F;
-constexpr int min_length = 8;
+constexpr float min_turn_rad = 0.52F;
+constexpr int min_length = 10;
 
 /// Angle from g to h, to 0.3 degrees as long as it is within 50 degrees.
 float angle(float gu, float gv, float hu, float hv) {

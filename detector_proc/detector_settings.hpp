@@ -43,7 +43,7 @@ struct DetectorSettings {
       "full";                 ///< region: where the tracker expects marks, the whole frame on a schedule and
                               ///< whenever one is not found there. Whoever is new waits for the schedule
   int full_every_frames = 6;  ///< 0.2 s at 30 Hz
-  int subpixel_strips = 64;   ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
+  int subpixel_strips = 48;   ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
 
   // Method paper, from here on.
 

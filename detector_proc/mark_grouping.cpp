@@ -26,6 +26,10 @@ Ratios ratios_of(const Ellipse& inner, const Ellipse& outer) {
 /// Perspective moves the centre of a ring's inner edge by less than a tenth of its width at 60 degrees from
 /// above; what a cut ellipse's fit leaves open comes on top.
 bool one_ring(const EllipseEdge& inner, const EllipseEdge& outer, double min_ring_ratio) {
+  // centres further apart than this spread the ratios by more than is let pass below
+  const double apart_px =
+      std::hypot(inner.ellipse.u_px - outer.ellipse.u_px, inner.ellipse.v_px - outer.ellipse.v_px);
+  if (apart_px > 0.3 * outer.ellipse.a_px || inner.ellipse.b_px > 1.05 * outer.ellipse.b_px) return false;
   const Ratios r = ratios_of(inner.ellipse, outer.ellipse);
   const double mean = (r.low + r.high) / 2;
   const bool cut = std::min(inner.support.coverage(), outer.support.coverage()) < 0.7;

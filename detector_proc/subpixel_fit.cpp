@@ -169,20 +169,22 @@ void find_offsets(std::vector<Strip>& strips, Bright bright, double blur_px, dou
     const double contrast = strip.outside - strip.inside;
     strip.used = strip.used && sign * contrast > least_contrast;
     if (!strip.used) continue;
-    const double bend_px = strip.curvature * blur_px * blur_px / 2;
-    double gain = 0, weight = 0;
-    strip.blur_gain = strip.blur_weight = 0;
-    for (int i = 0; i < strip.count; ++i) {
-      const float z =
-          static_cast<float>((strip.distance_px[static_cast<std::size_t>(i)] + bend_px) / blur_px);
+    const auto inside = static_cast<float>(strip.inside), step = static_cast<float>(contrast);
+    const auto inverse_blur = static_cast<float>(1 / blur_px);
+    const auto bend_px = static_cast<float>(strip.curvature * blur_px * blur_px / 2);
+    float gain = 0, weight = 0, blur_gain = 0, blur_weight = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(strip.count); ++i) {
+      const float z = (strip.distance_px[i] + bend_px) * inverse_blur;
       const auto [cdf, density] = normal(z);
-      const double residual = strip.light[static_cast<std::size_t>(i)] - strip.inside - contrast * cdf;
-      const double by_offset = -contrast * density / blur_px, by_blur = z * by_offset;
+      const float residual = strip.light[i] - inside - step * cdf;
+      const float by_offset = -step * density * inverse_blur, by_blur = z * by_offset;
       gain += by_offset * residual;
       weight += by_offset * by_offset;
-      strip.blur_gain += by_blur * residual;
-      strip.blur_weight += by_blur * by_blur;
+      blur_gain += by_blur * residual;
+      blur_weight += by_blur * by_blur;
     }
+    strip.blur_gain = blur_gain;
+    strip.blur_weight = blur_weight;
     strip.used = weight > 0;
     strip.offset_px = gain / weight;
     strip.variance_px2 = 1 / weight;
