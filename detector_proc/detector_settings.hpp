@@ -28,7 +28,24 @@ void describe(ColorRange& c, Visitor& visit) {
 }
 
 struct DetectorSettings {
-  std::string method = "paper";
+  std::string method = "arcs";
+
+  // Method arcs. Frames are reduced by a whole factor until their longer side is below twice the working
+  // size; sizes there are relative to the image.
+  int working_size_px = 640;
+  double min_semi_minor_px = 7;  ///< at working size: nearer than 14 px the two sides of an ellipse, or of
+                                 ///< the ring that it bounds, blur into each other under the 5x5 derivative
+  double min_log_odds = 0;       ///< of an ellipse against texture: as likely as not
+  double max_open_ratio = 0.07;  ///< deviation of the least certain part of the edge over the semi-minor
+                                 ///< axis: two deviations there cost 0.2 of overlap at most
+
+  std::string search =
+      "full";                 ///< region: where the tracker expects marks, the whole frame on a schedule and
+                              ///< whenever one is not found there. Whoever is new waits for the schedule
+  int full_every_frames = 6;  ///< 0.2 s at 30 Hz
+  int subpixel_strips = 48;   ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
+
+  // Method paper, from here on.
 
   // Contours. Gradients as cv::Canny counts them (3x3 Sobel, |du| + |dv|): a sharp step of n grey levels
   // reads 2.5 n after the 5x5 blur. 150 starts edges of 60 levels and more, 50 follows them down to 20, four
@@ -66,7 +83,21 @@ struct DetectorSettings {
 
 template <class Visitor>
 void describe(DetectorSettings& s, Visitor& visit) {
-  visit.choice("method", s.method, {"paper"}, "how ellipses are found");
+  visit.choice("method", s.method, {"arcs", "paper"}, "how ellipses are found");
+  visit("working_size_px", s.working_size_px, 64, 10000, "px",
+        "arcs; raise: smaller marks are found in large frames, at more cost");
+  visit("min_semi_minor_px", s.min_semi_minor_px, 3.0, 1000.0, "px",
+        "arcs; at working size; raise: small ellipses are left out");
+  visit("min_log_odds", s.min_log_odds, -20.0, 20.0, "1",
+        "arcs; raise: fewer false ellipses, more missed that are small or hidden");
+  visit("max_open_ratio", s.max_open_ratio, 0.001, 1.0, "1",
+        "arcs; raise: ellipses of which little is seen are accepted");
+  visit.choice("search", s.search, {"full", "region"},
+               "arcs; region: look where the tracker expects marks, the whole frame now and then");
+  visit("full_every_frames", s.full_every_frames, 1, 1000, "frames",
+        "region search; raise: new marks are noticed later, at less cost");
+  visit("subpixel_strips", s.subpixel_strips, 0, 100000, "rows and columns",
+        "arcs; raise: less noise of the sub-pixel edge, at more cost; 0: all there are");
   visit("canny_low", s.canny_low, 1.0, 2000.0, "grey levels", "raise: edges break where they are faint");
   visit("canny_high", s.canny_high, 1.0, 2000.0, "grey levels", "raise: fewer faint circles, less clutter");
   visit.list("colors", s.colors, "colours that count as paint, besides edges");

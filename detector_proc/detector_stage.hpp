@@ -1,5 +1,7 @@
-// FRAME in, ELLIPSES out.
+// FRAME in, ELLIPSES out; with region search TRACKS in, for where to look.
 #pragma once
+
+#include <optional>
 
 #include "detector_proc/detector.hpp"
 #include "runtime/bus.hpp"
@@ -16,10 +18,16 @@ class DetectorStage {
  private:
   void on_frame(const frame_t& frame);
 
+  /// Every mark that is followed, found where it is expected; nothing if one is not, or if it is the whole
+  /// frame's turn.
+  [[nodiscard]] std::optional<std::vector<Detection>> search_regions(const frame_t& frame,
+                                                                     const cv::Mat& image) const;
+
   Bus& bus_;
   FrameReader& frames_;
-  const std::string method_;
+  const DetectorSettings settings_;
   Detector detector_;
+  std::optional<tracks_t> tracks_;  ///< the newest
 };
 
 }  // namespace stevedore

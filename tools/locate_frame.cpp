@@ -26,7 +26,10 @@ void put_nearer_axis_first(CirclePose& pose) {
 }  // namespace
 
 Locator::Locator(const LocateSettings& settings)
-    : settings_(settings), detector_(settings.detector), tracker_(settings.tracker) {
+    : settings_(settings),
+      detector_(settings.detector,
+                settings.camera ? linear_light(settings.camera->response) : linear_curve()),
+      tracker_(settings.tracker) {
   if (settings_.camera) maps_ = make_rectify_maps(*settings_.camera);
   if (settings_.radius_m) settings_.pose.circle_radius_m = *settings_.radius_m;
   if (settings_.cargo_radius_m) settings_.pose.cargo_radius_m = *settings_.cargo_radius_m;

@@ -205,7 +205,6 @@ TEST_CASE("mistakes of usage print nothing and exit with status 2") {
 TEST_CASE("the configuration's detector section is used") {
   const Folder folder;
   const auto image = write_circle(folder, "a.png", 300, 240);
-  std::ofstream(folder.file("blind.yaml"))
-      << "detector: {min_semi_axis_px: 200, min_semi_axis_partial_px: 200}\n";
+  std::ofstream(folder.file("blind.yaml")) << "detector: {min_semi_minor_px: 200}\n";
   CHECK(locate("--config " + folder.file("blind.yaml") + " " + image).lines[0]["ellipses"].empty());
 }

@@ -136,6 +136,59 @@ TEST_CASE("detector stage: a frame gives its ellipses, an unusable one is counte
   CHECK(bus.counters("FRAME").lost_malformed == 1);
 }
 
+TEST_CASE(
+    "detector stage: region search follows the tracks of an earlier frame, the schedule and what is lost") {
+  MemoryBus bus;
+  FrameReader frames;
+  DetectorSettings settings;
+  settings.search = "region";
+  settings.full_every_frames = 10;
+  const DetectorStage stage(settings, bus, frames, Delivery::every);
+  const auto step = [&](int k) {
+    bus.deliver(channels::frame, frame_of(film_frame(k).image, k));
+    return bus.published_on(channels::ellipses).back();
+  };
+  const auto tell = [&](const ellipses_t& seen, int frame_seq) {
+    tracks_t tracks{};
+    tracks.header.frame_seq = frame_seq;
+    tracks.header.utime = seen.header.utime;
+    for (const ellipse_t& ellipse : seen.ellipses) {
+      track_t track{};
+      track.ellipse = ellipse;
+      track.status = track_t::STATUS_TRACKING;
+      tracks.tracks.push_back(track);
+    }
+    tracks.count = static_cast<int16_t>(tracks.tracks.size());
+    tracks.target_status = track_t::STATUS_SEARCHING;
+    tracks.target_id = -1;
+    tracks.width_px = seen.width_px;
+    tracks.height_px = seen.height_px;
+    bus.deliver(channels::tracks, tracks);
+  };
+  const ellipses_t first = step(1);
+  CHECK(first.search == ellipses_t::SEARCH_FULL);
+  CHECK(first.tracks_frame_seq == -1);
+  tell(first, 1);
+  const ellipses_t second = step(2);
+  CHECK(second.search == ellipses_t::SEARCH_REGION);
+  CHECK(second.tracks_frame_seq == 1);
+  REQUIRE(second.ellipses.size() == first.ellipses.size());
+  for (std::size_t k = 0; k < first.ellipses.size(); ++k) {
+    CHECK(second.ellipses[k].outer.u_px == Approx(first.ellipses[k].outer.u_px).margin(10));
+  }
+  tell(second, 3);  // not of an earlier frame
+  CHECK(step(3).search == ellipses_t::SEARCH_FULL);
+  ellipses_t elsewhere = second;
+  elsewhere.ellipses[0].outer.u_px = 5;
+  elsewhere.ellipses[0].outer.v_px = 5;
+  tell(elsewhere, 3);  // lost there: the whole frame, in the same frame
+  const ellipses_t fourth = step(4);
+  CHECK(fourth.search == ellipses_t::SEARCH_FULL);
+  CHECK(fourth.ellipses.size() == first.ellipses.size());
+  tell(fourth, 9);
+  CHECK(step(10).search == ellipses_t::SEARCH_FULL);
+}
+
 TEST_CASE("tracker stage: a restarted tracker takes the target up where it was last seen, whatever its id") {
   track_command_t command{};
   command.action = track_command_t::ACTION_BY_ID;

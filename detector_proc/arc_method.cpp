@@ -1,0 +1,181 @@
+#include "detector_proc/arc_method.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "detector_proc/edge_owners.hpp"
+#include "detector_proc/edge_thresholds.hpp"
+#include "detector_proc/ellipse_covariance.hpp"
+#include "detector_proc/ellipse_search.hpp"
+#include "detector_proc/mark_grouping.hpp"
+#include "detector_proc/mark_meaning.hpp"
+#include "detector_proc/ring_search.hpp"
+#include "detector_proc/subpixel_fit.hpp"
+
+namespace stevedore {
+namespace {
+
+constexpr int min_chain_length = 10;
+
+int reduction_of(cv::Size size, int working_size_px) {
+  return std::max(1, std::max(size.width, size.height) / working_size_px);
+}
+
+FitFrame fit_frame(cv::Size size) {
+  return {size.width / 2.0, size.height / 2.0, std::max(size.width, size.height) / 2.0};
+}
+
+Ellipse enlarged(const Ellipse& e, int factor) {
+  return {(e.u_px + 0.5) * factor - 0.5, (e.v_px + 0.5) * factor - 0.5, e.a_px * factor, e.b_px * factor,
+          e.alpha_rad};
+}
+
+/// Fit and covariance as the search leaves them, at full size.
+EllipseFit coarse_fit(const EllipseEdge& edge, int factor) {
+  EllipseFit fit{enlarged(edge.ellipse, factor),
+                 covariance_of(edge.ellipse, edge.support, std::max(edge.support.rms_px, 0.1))};
+  fit.covariance.topRows<4>() *= factor;
+  fit.covariance.leftCols<4>() *= factor;
+  return fit;
+}
+
+/// Half the way to the mark's other edge: what may be looked at of this one.
+double reach_px(const MarkEdges& mark, int factor) {
+  constexpr double unlimited_px = 100;
+  if (!mark.inner) return unlimited_px;
+  return factor * std::max(mark.outer.ellipse.b_px - mark.inner->ellipse.b_px, 0.0) / 2;
+}
+
+EllipseFit fine_fit(const EllipseEdge& edge, const LightImage& light, int factor, double reach,
+                    int most_strips) {
+  const EllipseFit coarse = coarse_fit(edge, factor);
+  const double blur_px = 0.8 * factor;  // of a sharp lens at working size
+  const auto fine = fit_subpixel(light, coarse.ellipse, edge.bright, blur_px, reach, most_strips);
+  // it must be the same edge
+  const double margin_px = std::max(1.5, 0.05 * edge.ellipse.b_px) * factor;
+  const bool same = fine && std::abs(fine->fit.ellipse.a_px - coarse.ellipse.a_px) < margin_px &&
+                    std::abs(fine->fit.ellipse.b_px - coarse.ellipse.b_px) < margin_px &&
+                    std::hypot(fine->fit.ellipse.u_px - coarse.ellipse.u_px,
+                               fine->fit.ellipse.v_px - coarse.ellipse.v_px) < margin_px;
+  return same ? fine->fit : coarse;
+}
+
+/// Eq. (4) of the paper: mean of |left-hand side - 1| over the edge points.
+double algebraic_error(const EllipseEdge& edge) {
+  double sum = 0, count = 0;
+  for (int k = 0; k < edge.support.count; ++k) {
+    const EdgeSample& s = edge.support.samples[static_cast<std::size_t>(k)];
+    if (!s.found) continue;
+    sum += std::abs(normalized_radius_squared(edge.ellipse, {s.point.u_px, s.point.v_px}) - 1);
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+Detection detection_of(const MarkEdges& mark, const LightImage& light, int factor, int most_strips) {
+  // An edge with a gap of more than a tenth is not seen whole.
+  constexpr double whole_coverage = 0.9;
+  Detection d;
+  const double reach = reach_px(mark, factor);
+  d.outer = fine_fit(mark.outer, light, factor, reach, most_strips);
+  if (mark.inner) d.inner = fine_fit(*mark.inner, light, factor, reach, (most_strips + 1) / 2);
+  d.coverage = std::min(1.0, mark.outer.support.coverage());
+  d.error = algebraic_error(mark.outer);
+  d.kind = d.coverage >= whole_coverage ? Kind::whole : Kind::partial;
+  return d;
+}
+
+/// Looks outwards from every edge that is not the outer one of a ring already.
+void add_outer_edges(std::vector<EllipseEdge>& edges, const GradientField& field,
+                     const EdgeThresholds& thresholds, const EllipseSearch& search, double min_ring_ratio) {
+  const std::size_t count = edges.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const bool known = std::any_of(edges.begin(), edges.end(), [&](const EllipseEdge& outer) {
+      return outer.ellipse.b_px > edges[k].ellipse.b_px + 2 && one_ring(edges[k], outer, min_ring_ratio);
+    });
+    if (known) continue;
+    if (auto outer = look_outwards(edges[k], field, thresholds, search, min_ring_ratio)) {
+      edges.push_back(std::move(*outer));
+    }
+  }
+}
+
+/// What is looked at for an expected ellipse: its box, and 0.4 semi-axes around for motion and for the ground
+/// that its outer edge needs.
+cv::Rect neighbourhood(const Ellipse& e, cv::Size image) {
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
+  const double half_u = std::hypot(e.a_px * c, e.b_px * s), half_v = std::hypot(e.a_px * s, e.b_px * c);
+  const double margin_px = 0.4 * e.b_px + 6;
+  const auto box =
+      cv::Rect(cv::Point(cvFloor(e.u_px - half_u - margin_px), cvFloor(e.v_px - half_v - margin_px)),
+               cv::Point(cvCeil(e.u_px + half_u + margin_px), cvCeil(e.v_px + half_v + margin_px)));
+  return box & cv::Rect({0, 0}, image);
+}
+
+/// Between what is found and what was expected, in semi-minor axes of place plus logarithms of size. Half a
+/// semi-axis of unforeseen motion and a fifth of size; a ring's inner edge or a rim within is further off.
+constexpr double most_mismatch = 0.6;
+
+double mismatch(const Ellipse& e, const Ellipse& expected) {
+  return std::hypot(e.u_px - expected.u_px, e.v_px - expected.v_px) / expected.b_px +
+         std::abs(std::log(e.a_px / expected.a_px)) + std::abs(std::log(e.b_px / expected.b_px)) / 2;
+}
+
+}  // namespace
+
+std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
+                                         const LightCurve& curve) {
+  return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), settings, curve);
+}
+
+std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduction,
+                                                 const DetectorSettings& settings, const LightCurve& curve) {
+  const cv::Size size = image.size() / reduction;
+  if (size.empty()) return {};
+  if (reduction > 1) {
+    // what is left over at the right and lower border makes no whole pixel
+    cv::resize(image(cv::Rect({0, 0}, size * reduction)), small_, size, 0, 0, cv::INTER_AREA);
+  }
+  compute_gradient(reduction > 1 ? small_ : image, field_);
+  const EdgeThresholds thresholds = edge_thresholds(field_);
+  linker_.link(field_, thresholds, min_chain_length, chains_);
+  const FitFrame frame = fit_frame(size);
+  splitter_.split(field_, chains_, frame, arcs_);
+  EllipseSearch search(field_, thresholds, frame, settings);
+  std::vector<EllipseEdge> edges = search.search(arcs_);
+  add_outer_edges(edges, field_, thresholds, search, settings.min_ring_ratio);
+  const std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
+  const std::vector<MarkMeaning> meanings = find_meanings(marks, field_, thresholds);
+  const LightImage light(image, curve);
+  std::vector<Detection> found;
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    Detection d = detection_of(marks[k], light, reduction, settings.subpixel_strips);
+    d.label = meanings[k].label;
+    d.occupied = meanings[k].occupied;
+    found.push_back(std::move(d));
+  }
+  return found;
+}
+
+std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Ellipse& expected,
+                                                const DetectorSettings& settings, const LightCurve& curve) {
+  const cv::Rect region = neighbourhood(expected, image.size());
+  if (region.width < 16 || region.height < 16) return std::nullopt;
+  // the size at which an ellipse is found with the fewest pixels
+  constexpr int least_semi_minor_px = 14;
+  const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
+  std::optional<Detection> nearest;
+  double least = most_mismatch;
+  for (Detection& d : detect_reduced(image(region), reduction, settings, curve)) {
+    for (EllipseFit* fit : {&d.outer, d.inner ? &*d.inner : nullptr}) {
+      if (!fit) continue;
+      fit->ellipse.u_px += region.x;
+      fit->ellipse.v_px += region.y;
+    }
+    const double m = mismatch(d.outer.ellipse, expected);
+    if (m < least) least = m, nearest = std::move(d);
+  }
+  return nearest;
+}
+
+}  // namespace stevedore

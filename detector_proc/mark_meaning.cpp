@@ -1,0 +1,100 @@
+#include "detector_proc/mark_meaning.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stevedore {
+namespace {
+
+using std::numbers::pi;
+
+/// Distances of one ellipse's edge from its own centre, in another's stretched frame, where that is the unit
+/// circle.
+struct Stretched {
+  double low = 1e9, high = 0;
+};
+
+Stretched stretched(const Ellipse& e, const Ellipse& frame) {
+  Ellipse centred = frame;
+  centred.u_px = e.u_px;
+  centred.v_px = e.v_px;
+  Stretched s;
+  for (int k = 0; k < 16; ++k) {
+    const double radius = std::sqrt(normalized_radius_squared(centred, point_at(e, pi * k / 8)));
+    s.low = std::min(s.low, radius);
+    s.high = std::max(s.high, radius);
+  }
+  return s;
+}
+
+/// Most of the inner one's edge lies within the outer one: a bucket's rim may stand over the circle's edge.
+bool lies_within(const Ellipse& inner, const Ellipse& outer) {
+  int within = 0;
+  for (int k = 0; k < 16; ++k)
+    within += normalized_radius_squared(outer, point_at(inner, pi * k / 8)) < 1 ? 1 : 0;
+  return within >= 12;
+}
+
+/// Parallel circles look alike: in the frame in which one is round so is the other, but for the perspective
+/// of a rim that is nearer.
+bool is_rim(const MarkEdges& mark, const Ellipse& circle) {
+  constexpr double least_coverage = 0.6;  // handle and rope hide part of a rim
+  constexpr double most_stretch = 1.25;
+  // From a letter's bowl to a bucket as large as fits.
+  constexpr double smallest = 0.15, largest = 0.85;
+  const Stretched s = stretched(mark.outer.ellipse, circle);
+  return mark.outer.support.coverage() > least_coverage && s.high < most_stretch * s.low &&
+         s.low > smallest && s.high < largest;
+}
+
+/// True: no edges well within the ellipse; false: some; nothing: too small or too far out to say.
+std::optional<bool> plain_inside(const Ellipse& e, const GradientField& field, int threshold) {
+  constexpr int grid = 24;
+  constexpr double margin_px = 4;  // reach of the derivative at the circle's own edge, blur and all
+  const double share = 1 - margin_px / e.b_px;
+  if (share < 0.4) return std::nullopt;
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
+  int looked_at = 0, edges = 0, all = 0;
+  for (int i = 0; i < grid; ++i) {
+    for (int j = 0; j < grid; ++j) {
+      const double x = (2 * i + 1.0) / grid - 1, y = (2 * j + 1.0) / grid - 1;
+      if (x * x + y * y > 1) continue;
+      ++all;
+      const double along = share * e.a_px * x, across = share * e.b_px * y;
+      const int u = static_cast<int>(std::floor(e.u_px + c * along - s * across + 0.5));
+      const int v = static_cast<int>(std::floor(e.v_px + s * along + c * across + 0.5));
+      if (u < 1 || v < 1 || u >= field.magnitude.cols - 1 || v >= field.magnitude.rows - 1) continue;
+      ++looked_at;
+      edges += field.magnitude.ptr<ushort>(v)[u] > threshold ? 1 : 0;
+    }
+  }
+  if (2 * looked_at < all) return std::nullopt;
+  // a rim of a quarter of the circle's size has a hundredth of the samples on its edge, noise a thousandth
+  return edges * 200 < looked_at;
+}
+
+}  // namespace
+
+std::vector<MarkMeaning> find_meanings(const std::vector<MarkEdges>& marks, const GradientField& field,
+                                       const EdgeThresholds& thresholds) {
+  std::vector<MarkMeaning> meanings(marks.size());
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Ellipse& circle = marks[j].outer.ellipse;
+      if (meanings[j].label != Label::circle || !lies_within(marks[i].outer.ellipse, circle)) continue;
+      const bool rim = is_rim(marks[i], circle);
+      meanings[i].label = rim ? Label::cargo : Label::unknown;
+      if (rim) meanings[j].occupied = true;
+      break;
+    }
+  }
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (meanings[i].label != Label::circle || meanings[i].occupied) continue;
+    const Ellipse& inside = marks[i].inner ? marks[i].inner->ellipse : marks[i].outer.ellipse;
+    if (plain_inside(inside, field, thresholds.start) == true) meanings[i].occupied = false;
+  }
+  return meanings;
+}
+
+}  // namespace stevedore
