@@ -12,9 +12,9 @@
 //   all
 //            later ones.
 //   pose     the target's chosen centre within one standard deviation that the flight stated for it (seen:
-//   0.3). PLATFORM_ESTIMATE: the same platforms, slots and certainty, the centre within one standard deviation.
-//   mission  phase, action, target status and kinds of emergencies the same; target within one standard
-//   deviation.
+//   0.3). PLATFORM_ESTIMATE: the same platforms, slots and certainty, the centre within one standard
+//   deviation. mission  phase, action, target status and kinds of emergencies the same; target within one
+//   standard deviation.
 // All other channels don't depend on pixels: to the bit.
 #pragma once
 
