@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gimbal_proc/gimbal_stage.hpp"
+#include "runtime/frame_codec.hpp"
 #include "tests/support/memory_bus.hpp"
 #include "tools/replay_core.hpp"
 
@@ -28,6 +29,7 @@ class FlightLog {
     health_t health{};
     health.process = "gimbal_proc";
     process.publish(channels::health, health);
+    look(aircraft);
     for (int64_t k = 0; k < 200; ++k) {
       fly(aircraft, k);
       for (const auto& [channel, bytes] : aircraft.sent) {
@@ -52,6 +54,13 @@ class FlightLog {
   }
 
  private:
+  /// One picture: a replay of the line is refused without any.
+  static void look(MemoryBus& aircraft) {
+    frame_t frame{};
+    frame.header.utime = 1'000'000;
+    encode_raw(cv::Mat(8, 8, CV_8UC1, cv::Scalar(90)), frame);
+    aircraft.publish(channels::frame, frame);
+  }
   static void fly(MemoryBus& aircraft, int64_t k) {
     const double roll_rad = 0.2 * std::sin(0.05 * static_cast<double>(k));
     gimbal_state_t gimbal{};
