@@ -11,7 +11,7 @@ namespace stevedore {
 namespace {
 
 constexpr double center_px = 0.5, semi_axis_px = 1;
-constexpr double standard_deviations = 1;
+constexpr double standard_deviations = 3;
 constexpr double share_that_may_differ = 0.1;
 constexpr int64_t always_may_differ = 2;
 
@@ -104,8 +104,8 @@ bool alike(const LogEvent& logged, const LogEvent& replayed, const Channel<M>& c
 }  // namespace
 
 const char* const lossy_tolerances =
-    "whole ellipses and the target within 0.5 px (semi-axes 1 px), its pose and the platforms within one "
-    "standard deviation, the mission's decisions equal";
+    "whole ellipses and the target within 0.5 px (semi-axes 1 px), its pose and the platforms within three "
+    "standard deviations, the mission's decisions equal";
 
 Match match_of(const LogEvent& logged, const LogEvent& replayed, bool frames_are_lossy) {
   if (payload_of(logged.channel, logged.bytes) == payload_of(replayed.channel, replayed.bytes))

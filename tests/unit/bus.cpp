@@ -214,6 +214,19 @@ TEST_CASE("a frame that claims more bytes than it brings is refused before they 
     CHECK_FALSE(decode_checked<frame_t>(good.data(), size));
 }
 
+TEST_CASE("a text whose length is the least number of all is refused before it is read") {
+  constexpr size_t cause_length_at = 8 + 6 * 8;  // fingerprint; utime, frame_seq, seq, run_id, two stamps
+  MemoryBus sender, receiver;
+  receiver.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
+  sender.publish(channels::hook_state, hook());
+  auto bytes = sender.sent[0].second;
+  REQUIRE(bytes[cause_length_at + 3] == 1);  // no text: its closing zero alone
+  bytes[cause_length_at] = 0x80;
+  bytes[cause_length_at + 3] = 0;
+  receiver.deliver("HOOK_STATE", bytes);
+  CHECK(receiver.counters("HOOK_STATE").lost_malformed == 1);
+}
+
 TEST_CASE("the time of what is heard is the others', not this host's") {
   MemoryBus bus;
   bus.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
