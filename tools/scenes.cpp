@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -14,6 +16,7 @@
 #include "sim_proc/world/renderer.hpp"
 #include "tools/camera_yaml.hpp"
 #include "tools/contact_sheet.hpp"
+#include "tools/flight_film.hpp"
 #include "tools/progress_line.hpp"
 #include "tools/still_truth.hpp"
 
@@ -26,6 +29,8 @@ constexpr int not_written = 1, wrong_usage = 2;  // exit statuses
 
 struct Options {
   int count = 0;
+  double film_s = 0, rate_hz = 15, start_s = 0;
+  int sea_state = 2;
   std::uint64_t seed = 1;
   std::string out, camera, size, sheet;
   bool linear = false, noise_free = false, exact = false, overlay = false;
@@ -33,7 +38,23 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& o) {
-  app.add_option("--count", o.count, "How many stills")->required()->check(CLI::Range(1, 100000));
+  auto* count = app.add_option("--count", o.count, "How many stills")->check(CLI::Range(1, 100000));
+  auto* film =
+      app.add_option("--film", o.film_s, "Instead of stills a flight of so many seconds, frame by frame")
+          ->check(CLI::Range(0.01, 3600.0))
+          ->excludes(count);
+  app.add_option("--rate", o.rate_hz, "Of a film: frames a second")
+      ->check(CLI::Range(0.1, 200.0))
+      ->capture_default_str()
+      ->needs(film);
+  app.add_option("--start", o.start_s, "Of a film: second of the flight with which it begins")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str()
+      ->needs(film);
+  app.add_option("--sea-state", o.sea_state, "Of a film: 0 (calm) to 4")
+      ->check(CLI::Range(0, 4))
+      ->capture_default_str()
+      ->needs(film);
   app.add_option("--seed", o.seed, "The same seed makes the same pictures, to the byte")
       ->capture_default_str();
   app.add_option("--out", o.out, "Folder for images, truth.jsonl and camera.yaml, made if missing")
@@ -43,8 +64,9 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--size", o.size, "Another number of pixels for the same view")->type_name("WxH");
   app.add_flag("--linear", o.linear, "Grey levels proportional to light, whatever the camera file says");
   app.add_flag("--noise-free", o.noise_free, "No sensor noise");
-  app.add_flag("--exact", o.exact,
-               "The camera is what camera.yaml says, the circles what they are told to be");
+  auto* exact = app.add_flag("--exact", o.exact,
+                             "The camera is what camera.yaml says, the circles what they are told to be");
+  exact->excludes(film);
   app.add_flag("--overlay", o.overlay, "Also each image with its truth drawn on, in DIR/overlay");
   app.add_option("--sheet", o.sheet,
                  "Also all of them small on one JPEG of less than 400 kB, every third with its truth")
@@ -59,8 +81,14 @@ void declare(CLI::App& app, Options& o) {
       "`cargoes` the rims of buckets; `gravity` down in the camera frame. Unless --exact, the camera and "
       "the\n"
       "radius differ a little from what camera.yaml and a radius of 0.5 m say, as on a real aircraft.\n"
+      "A film is flown by a script that knows the way: take-off, search from 12 m, descents to 1 m. Its "
+      "lines\n"
+      "have besides: time, stamp, the newest readings of the sensors (vehicle, gimbal, altimeter, hook), "
+      "and\n"
+      "where aircraft, camera and hook really were.\n"
       "Exit status: 0, 1 if a file could not be written, 2 for a mistake in options or files.\n\n"
       "  scenes --count 200 --seed 1 --out s\n"
+      "  scenes --film 60 --rate 10 --sea-state 3 --seed 7 --out f\n"
       "  locate --camera s/camera.yaml --radius 0.5 --cargo-radius 0.16 s/*.png > found.jsonl");
 }
 
@@ -104,30 +132,76 @@ void write_sheet(const Options& o, const std::vector<cv::Mat>& pictures) {
   write_jpeg(o.sheet, contact_sheet(pictures, columns, width_px), most_bytes);
 }
 
-void run(const Options& o) {
-  const fs::path out = o.out;
+/// Draws the frames one by one, writes them and their truth.
+class Album {
+ public:
+  Album(const Options& o, const CameraModel& told) : o_(o), out_(o.out), renderer_(threads_of(o)) {
+    fs::create_directories(o.overlay ? out_ / "overlay" : out_);
+    write(out_ / "camera.yaml", camera_yaml(told, "scenes"));
+  }
+
+  template <class Frame>
+  void add(world::Scene& scene, const Frame& frame, int of) {
+    if (o_.noise_free) scene.eye.noise_levels = 0;
+    const cv::Mat picture = renderer_.render(scene);
+    const std::string name = fmt::format("{}_{:04}", o_.film_s > 0 ? "frame" : "scene", number_);
+    const auto truth = truth_of(frame, name + ".png", "camera.yaml");
+    truth_lines_ += truth.dump() + '\n';
+    write(out_ / (name + ".png"), picture);
+    if (o_.overlay) write(out_ / "overlay" / (name + ".png"), with_truth(picture, truth));
+    if (!o_.sheet.empty()) sheet_.push_back(number_ % 3 == 2 ? with_truth(picture, truth) : picture);
+    ++number_;
+    if (progress_.on_terminal() || number_ == of)
+      progress_.show(fmt::format("{} of {} pictures in {}", number_, of, o_.out));
+  }
+
+  void finish() {
+    write(out_ / "truth.jsonl", truth_lines_);
+    if (!o_.sheet.empty()) write_sheet(o_, sheet_);
+  }
+
+ private:
+  static int threads_of(const Options& o) {
+    return o.threads ? o.threads : static_cast<int>(std::thread::hardware_concurrency());
+  }
+
+  const Options& o_;
+  const fs::path out_;
+  world::Renderer renderer_;
+  ProgressLine progress_;
+  int number_ = 0;
+  std::string truth_lines_;
+  std::vector<cv::Mat> sheet_;
+};
+
+void make_stills(const Options& o) {
   const StillCamera camera = draw_still_camera(told_camera(o), o.seed, o.exact);
-  fs::create_directories(o.overlay ? out / "overlay" : out);
-  write(out / "camera.yaml", camera_yaml(camera.told, "scenes"));
-  world::Renderer renderer(o.threads ? o.threads : static_cast<int>(std::thread::hardware_concurrency()));
-  std::string truth_lines;
-  std::vector<cv::Mat> sheet;
-  ProgressLine progress;
+  Album album(o, camera.told);
   for (int i = 0; i < o.count; ++i) {
     Still still = draw_still(camera, o.seed, i);
-    if (o.noise_free) still.scene.eye.noise_levels = 0;
-    const cv::Mat picture = renderer.render(still.scene);
-    const std::string name = fmt::format("scene_{:04}", i);
-    const auto truth = truth_of(still, name + ".png", "camera.yaml");
-    truth_lines += truth.dump() + '\n';
-    write(out / (name + ".png"), picture);
-    if (o.overlay) write(out / "overlay" / (name + ".png"), with_truth(picture, truth));
-    if (!o.sheet.empty()) sheet.push_back(i % 3 == 2 ? with_truth(picture, truth) : picture);
-    if (progress.on_terminal() || i + 1 == o.count)
-      progress.show(fmt::format("{} of {} scenes in {}", i + 1, o.count, o.out));
+    album.add(still.scene, still, o.count);
   }
-  write(out / "truth.jsonl", truth_lines);
-  if (!o.sheet.empty()) write_sheet(o, sheet);
+  album.finish();
+}
+
+void make_film(const Options& o) {
+  world::WorldSettings settings;
+  settings.seed = o.seed;
+  settings.sea_state = o.sea_state;
+  settings.camera = told_camera(o);
+  Album album(o, settings.camera);
+  FlightFilm film(settings, o.rate_hz, o.start_s);
+  const int count = std::max(1, static_cast<int>(std::lround(o.film_s * o.rate_hz)));
+  for (int i = 0; i < count; ++i) {
+    FilmFrame frame = film.next();
+    album.add(frame.still.scene, frame, count);
+  }
+  album.finish();
+}
+
+void run(const Options& o) {
+  if (o.count == 0 && o.film_s <= 0) throw ConfigError("give --count for stills or --film for a flight");
+  o.film_s > 0 ? make_film(o) : make_stills(o);
 }
 
 }  // namespace
