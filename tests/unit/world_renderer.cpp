@@ -184,6 +184,8 @@ TEST_CASE("the aircraft's rotor dims what it flies over, a bucket shades behind 
   scene.buckets = {bucket};
   const cv::Mat picture = renderer.render(scene);
   CHECK(level_at(picture, 0, -0.35) < 0.6 * level_at(picture, 0, 0.6));
+  CHECK(level_at(picture, 0.07, 0) <
+        0.4 * level_at(picture, 0, 0.6));  // its floor lies deeper than it is wide
   // from the east the sun reaches the west wall's inside, near its top, not the east wall's
   CHECK(level_at(picture, 0, -0.15) > 1.5 * level_at(picture, 0, 0.145));
 }
