@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "runtime/camera_file.hpp"
+#include "runtime/command_line.hpp"
 #include "sim_proc/world/renderer.hpp"
 #include "tools/camera_yaml.hpp"
 #include "tools/contact_sheet.hpp"
@@ -24,8 +25,6 @@ namespace {
 
 using namespace stevedore;
 namespace fs = std::filesystem;
-
-constexpr int not_written = 1, wrong_usage = 2;  // exit statuses
 
 struct Options {
   int count = 0;
@@ -86,7 +85,7 @@ void declare(CLI::App& app, Options& o) {
       "have besides: time, stamp, the newest readings of the sensors (vehicle, gimbal, altimeter, hook), "
       "and\n"
       "where aircraft, camera and hook really were.\n"
-      "Exit status: 0, 1 if a file could not be written, 2 for a mistake in options or files.\n\n"
+      "\n"
       "  scenes --count 200 --seed 1 --out s\n"
       "  scenes --film 60 --rate 10 --sea-state 3 --seed 7 --out f\n"
       "  locate --camera s/camera.yaml --radius 0.5 --cargo-radius 0.16 s/*.png > found.jsonl");
@@ -109,7 +108,7 @@ CameraModel told_camera(const Options& o) {
     std::smatch size;
     const std::regex form(R"((\d{2,4})x(\d{2,4}))");
     if (!std::regex_match(o.size, size, form))
-      throw ConfigError("--size: \"" + o.size + "\" is not WxH, such as 1280x960");
+      throw UsageError("--size: \"" + o.size + "\" is not WxH, such as 1280x960");
     camera = resized(camera, std::stoi(size[1]), std::stoi(size[2]));
   }
   if (o.linear) camera.response = {Response::Curve::linear, 1};
@@ -200,28 +199,20 @@ void make_film(const Options& o) {
 }
 
 void run(const Options& o) {
-  if (o.count == 0 && o.film_s <= 0) throw ConfigError("give --count for stills or --film for a flight");
+  if (o.count == 0 && o.film_s <= 0) throw UsageError("give --count for stills or --film for a flight");
   o.film_s > 0 ? make_film(o) : make_stills(o);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // what fails is said below
-  CLI::App app("Makes pictures of the competition with their exact truth.", "scenes");
-  Options options;
-  declare(app, options);
-  try {
-    app.parse(argc, argv);
+  return guarded_main([&] {
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // what fails is said below
+    CLI::App app("Makes pictures of the competition with their exact truth.", "scenes");
+    Options options;
+    declare(app, options);
+    parse_command_line(app, argc, argv, "1 if a file could not be written");
     run(options);
-  } catch (const CLI::ParseError& stop) {
-    return app.exit(stop) == 0 ? 0 : wrong_usage;
-  } catch (const ConfigError& error) {
-    std::cerr << "scenes: " << error.what() << '\n';
-    return wrong_usage;
-  } catch (const std::exception& error) {
-    std::cerr << "scenes: " << error.what() << '\n';
-    return not_written;
-  }
-  return 0;
+    return 0;
+  });
 }

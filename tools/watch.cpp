@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "runtime/command_line.hpp"
 #include "runtime/lcm_bus.hpp"
 #include "runtime/process.hpp"
 #include "tools/progress_line.hpp"
@@ -13,7 +14,6 @@ using namespace stevedore;
 
 constexpr int64_t line_period_us = 1'000'000;
 constexpr int wait_ms = 50;
-constexpr int stopped_by_signal = 130;  // as a shell says it
 
 void show(ProgressLine& progress, WatchView& view, int64_t now) {
   for (const std::string& news : view.take_news()) {
@@ -59,7 +59,7 @@ int watch(LcmBus& bus, double patience_s) {
       return 1;
     }
   }
-  return stopped_by_signal;
+  return exit_stopped;
 }
 
 int run(int argc, char** argv) {
@@ -70,18 +70,12 @@ int run(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--lcm-url", url, "LCM's address")->capture_default_str();
-  app.set_version_flag("--version", version());
   app.footer(
       "The line: elapsed time, frames in/out, frames a second, frames with the target measured, status and\n"
       "number of the target, phase of the mission, latency from capture to MISSION (p50/p99 of the last\n"
       "second), lost and skipped messages of all processes, frames that the camera did not deliver,\n"
-      "emergencies.\n"
-      "Exit status: 0 worked off, 1 nothing came for too long, 130 stopped by a signal.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+      "emergencies.");
+  parse_command_line(app, argc, argv, "1 if nothing came, or for too long, 130 when stopped by a signal");
   stop_on_signals();
   LcmBus bus(url);
   return watch(bus, patience_s);
