@@ -35,7 +35,8 @@ const std::vector<StageKind>& stage_kinds() {
       {"tracker_proc",
        {channels::tracks.name},
        [](const Config& config, Bus& bus, FrameReader& frames) {
-         return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), bus, frames);
+         return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), camera_of(config),
+                                               bus, frames);
        }},
       {"pose_proc",
        {channels::poses.name},

@@ -127,8 +127,8 @@ void solve(const Eigen::MatrixXd& gain, const Group& group, Match& match) {
   Eigen::MatrixXd cost = Eigen::MatrixXd::Zero(rows, columns + rows);
   for (Index r = 0; r < rows; ++r)
     for (Index c = 0; c < columns; ++c)
-      cost(r, c) = std::min(0.0, gain(group.rows[static_cast<std::size_t>(r)],
-                                      group.columns[static_cast<std::size_t>(c)]));
+      cost(r, c) = std::min(
+          0.0, gain(group.rows[static_cast<std::size_t>(r)], group.columns[static_cast<std::size_t>(c)]));
   const std::vector<Index> row_of = ShortestPaths(cost).row_of_column();
   for (Index c = 0; c < columns; ++c) {
     const Index r = row_of[static_cast<std::size_t>(c)];

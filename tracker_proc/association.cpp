@@ -87,7 +87,8 @@ double log_likeness(const Expected& expected, const Found& found) {
   const double growth = found.measurement.log_radius - std::log(e.a_px * e.b_px) / 2;
   double sum =
       log_size_likeness(growth, expected.log_radius_variance + found.measurement.log_radius_variance);
-  const double form = form_distance(e, found.ellipse) / (kFormSigma + kFormSigmaPerSecond * expected.unseen_s);
+  const double form =
+      form_distance(e, found.ellipse) / (kFormSigma + kFormSigmaPerSecond * expected.unseen_s);
   sum -= form * form / 2;
   if (expected.label != Label::unknown && found.label != Label::unknown && expected.label != found.label)
     sum += std::log(kWrongLabel);
@@ -125,11 +126,10 @@ Eigen::MatrixXd association_costs(const std::vector<Expected>& expected, const s
     for (Eigen::Index k = 0; k < costs.cols(); ++k) {
       const Found& f = found[static_cast<std::size_t>(k)];
       const Eigen::Vector2d off = f.measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px);
-      costs(i, k) =
-          alone -
-          log_place_density(off, e.centre_covariance_px2 + f.measurement.centre_covariance_px2,
-                            std::sqrt(e.ellipse.a_px * e.ellipse.b_px)) -
-          log_likeness(e, f);
+      costs(i, k) = alone -
+                    log_place_density(off, e.centre_covariance_px2 + f.measurement.centre_covariance_px2,
+                                      std::sqrt(e.ellipse.a_px * e.ellipse.b_px)) -
+                    log_likeness(e, f);
     }
   }
   return costs;

@@ -10,8 +10,8 @@ namespace {
 
 using std::numbers::pi;
 
-// Chance in a frame that the picture jumps to anywhere: once in nine hours at 30 Hz. One mark that moved so far
-// is sooner a newcomer (5 % missed x 1 % newcomers); two that agree can't be chance.
+// Chance in a frame that the picture jumps to anywhere: once in nine hours at 30 Hz. One mark that moved so
+// far is sooner a newcomer (5 % missed x 1 % newcomers); two that agree can't be chance.
 constexpr double kJumpChance = 1e-6;
 
 // Chance of a jerk of the camera, and its size in radii of a mark, as for a mark by itself.
@@ -54,7 +54,8 @@ Prior prior_of(const Pair& pair, double common_px2, double frame_px2) {
   const double squared = pair.off_px.squaredNorm(), variance = common_px2 + pair.variance_px2;
   const Prior all[] = {
       {log_normal_density(squared, variance), Movement::expected},
-      {std::log(kJerkChance) + log_normal_density(squared, variance + jerk_px2(pair.radius_px)), Movement::jerk},
+      {std::log(kJerkChance) + log_normal_density(squared, variance + jerk_px2(pair.radius_px)),
+       Movement::jerk},
       {std::log(kJumpChance / frame_px2), Movement::jump}};
   return *std::max_element(std::begin(all), std::end(all),
                            [](const Prior& x, const Prior& y) { return x.log_density < y.log_density; });
@@ -69,10 +70,9 @@ std::vector<Pair> possible_pairs(const std::vector<Expected>& expected, const st
     for (std::size_t k = 0; k < found.size(); ++k) {
       const double likeness = log_likeness(e, found[k]);
       if (likeness < kLeastLikeness) continue;
-      pairs.push_back(
-          {i, k, found[k].measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px),
-           (e.centre_covariance_px2 + found[k].measurement.centre_covariance_px2).trace() / 2,
-           likeness - alone, std::sqrt(e.ellipse.a_px * e.ellipse.b_px)});
+      pairs.push_back({i, k, found[k].measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px),
+                       (e.centre_covariance_px2 + found[k].measurement.centre_covariance_px2).trace() / 2,
+                       likeness - alone, std::sqrt(e.ellipse.a_px * e.ellipse.b_px)});
     }
   }
   return pairs;
@@ -128,7 +128,8 @@ Proposal best_proposal(const std::vector<Pair>& pairs, std::size_t expected_coun
   Proposal best;
   for (const Leader& leader : leaders) {
     // everything is explained by what was to be expected: no jump can do better
-    if (leader.prior.movement == Movement::jump && best.pairs.size() == std::min(expected_count, found_count)) break;
+    if (leader.prior.movement == Movement::jump && best.pairs.size() == std::min(expected_count, found_count))
+      break;
     Proposal proposal = proposal_of(pairs, *leader.pair, leader.prior, found_count);
     if (proposal.gain > best.gain) best = std::move(proposal);
   }
@@ -143,15 +144,14 @@ CommonMotion::CommonMotion(double velocity_sigma_pxps) : covariance_(Eigen::Matr
 
 void CommonMotion::predict(double dt_s, double velocity_walk_pxps) {
   const Eigen::Matrix2d f = (Eigen::Matrix2d() << 1, dt_s, 0, 1).finished();
-  covariance_ = f * covariance_ * f.transpose() +
-                white_acceleration(dt_s, velocity_walk_pxps * velocity_walk_pxps);
+  covariance_ =
+      f * covariance_ * f.transpose() + white_acceleration(dt_s, velocity_walk_pxps * velocity_walk_pxps);
 }
 
 CommonShift CommonMotion::find(const std::vector<Expected>& expected, const std::vector<Found>& found,
                                double frame_px2, double dt_s) {
   const std::vector<Pair> pairs = possible_pairs(expected, found, frame_px2);
-  const Proposal best =
-      best_proposal(pairs, expected.size(), found.size(), covariance_(0, 0), frame_px2);
+  const Proposal best = best_proposal(pairs, expected.size(), found.size(), covariance_(0, 0), frame_px2);
   if (best.pairs.empty()) return {};
 
   double weight = 0, radius = 0;

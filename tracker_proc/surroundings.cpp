@@ -8,8 +8,8 @@
 namespace stevedore {
 namespace {
 
-// The ground that belongs to the mark: a neighbour begins farther out, and what lies beside a vehicle or a deck
-// moves another way. Cells of a sixth of a radius: a size that is a tenth wrong displaces them by one.
+// The ground that belongs to the mark: a neighbour begins farther out, and what lies beside a vehicle or a
+// deck moves another way. Cells of a sixth of a radius: a size that is a tenth wrong displaces them by one.
 constexpr int kCells = 20;
 constexpr double kRadii = 1.7;
 constexpr int kFine = 2;  // samples across a cell
@@ -21,8 +21,8 @@ constexpr double kMarkRadii = 1.2;
 constexpr double kLeastShare = 0.15;
 constexpr double kLeastScatter = 5;
 
-/// 2x3: from cell coordinates (0, 0 the centre of the first of `cells` in a row) to the image, stretched as the
-/// ellipse is: what lies in the plane of the mark looks the same from another direction, but for a turn.
+/// 2x3: from cell coordinates (0, 0 the centre of the first of `cells` in a row) to the image, stretched as
+/// the ellipse is: what lies in the plane of the mark looks the same from another direction, but for a turn.
 cv::Matx23d image_from_cells(const Ellipse& e, int cells) {
   const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
   const cv::Matx22d turn(c, -s, s, c);
@@ -46,8 +46,7 @@ cv::Mat cells_around(const cv::Mat& image, const Ellipse& e) {
     for (int x = 0; x < kCells; ++x) {
       const cv::Vec2d at = to_image * cv::Vec3d(x, y, 1);
       const double radii = std::hypot(x - (kCells - 1) / 2.0, y - (kCells - 1) / 2.0) * 2 * kRadii / kCells;
-      const bool in_image =
-          at[0] >= 0 && at[1] >= 0 && at[0] <= image.cols - 1 && at[1] <= image.rows - 1;
+      const bool in_image = at[0] >= 0 && at[1] >= 0 && at[0] <= image.cols - 1 && at[1] <= image.rows - 1;
       if (!in_image || radii < kMarkRadii) cells.at<float>(y, x) = outside;
     }
   return cells;

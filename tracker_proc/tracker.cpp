@@ -23,17 +23,21 @@ constexpr double kTakeUpSemiAxes = 2.0;
 // Until something else is told: the paper's camera, 640 x 480 with 87 degrees.
 const cv::Size kUsualFrame(640, 480);
 constexpr double kUsualFocalPerWidth = 0.527;
+// No camera's frame is smaller than a quarter of that; a clipped picture makes newcomers no likelier.
+constexpr double kLeastFramePx2 = 320 * 240;
 
 // Velocity of a mark that has just been taken up, besides that of all: 1 m/s for a circle of 0.2 m.
 constexpr double kFirstVelocity_radiips = 5.0;
+// And of the camera when the first frame comes: it hovers, more or less.
+constexpr double kFirstTurn_radps = 0.5;
 
 // A mark seen this often is there: the detector's false ellipses last for one or two frames. What was seen
 // less is not waited for long.
 constexpr int kTimesSeenToBelieve = 3;
 constexpr double kDoubtfulMemory_s = 0.2;
 
-// Chance of finding a mark in a frame: in plain view; when it was not found the frame before (what hid it then
-// hides it still), is cut by the border, or is doubtful; out of view.
+// Chance of finding a mark in a frame: in plain view; when it was not found the frame before (what hid it
+// then hides it still), is cut by the border, or is doubtful; out of view.
 constexpr double kSeenInView = 0.95, kSeenPerhaps = 0.5, kSeenOutside = 0.05;
 
 // With the attitude told, what is left of the camera's unrest is translation: 1 m/s^2 at 3 m.
@@ -42,8 +46,8 @@ constexpr double kUnrestLeft = 0.3;
 // Some frames: as fast as the velocity of a mark follows.
 constexpr double kPictureMemory_s = 0.1;
 
-// CAMShift's window of a half covered mark is centred on what remains: up to half a radius off.
-constexpr double kWindowSigma_radii = 0.5;
+// CAMShift's window of a half covered mark is centred on what remains: up to half a radius off, two sigma.
+constexpr double kWindowSigma_radii = 0.25;
 
 // A target that is not where it was expected has moved to an ellipse whose surroundings correlate at least so
 // much with the target's own (the rest: size and form a tenth off, what it drives past) ...
@@ -54,8 +58,8 @@ constexpr double kCorrelationLead = 0.15;
 constexpr double kJumpSize = 0.15;
 constexpr double kLeastJumpLikeness = -6;  // 3.5 sigma
 
-// A surprise of this many variances (99.9 % of chi-squared with two degrees of freedom) is no noise: the motion
-// starts again, with a velocity as uncertain as the surprise, taken within a frame, makes it.
+// A surprise of this many variances (99.9 % of chi-squared with two degrees of freedom) is no noise: the
+// motion starts again, with a velocity as uncertain as the surprise, taken within a frame, makes it.
 constexpr double kLargestSurprise = 13.8;
 constexpr double kShortestStep_s = 1e-3;
 
@@ -88,8 +92,8 @@ void move_to(Detection& d, const MarkMotion& motion) {
   if (!d.inner) return;
   const double k = motion.radius_px() / radius_of(before);
   Ellipse& inner = d.inner->ellipse;
-  inner = with_size(inner, motion.centre_px() + k * (centre_of(inner) - centre_of(before)),
-                    k * radius_of(inner));
+  inner =
+      with_size(inner, motion.centre_px() + k * (centre_of(inner) - centre_of(before)), k * radius_of(inner));
 }
 
 /// Image of an ellipse under a homography; nothing where it is none any more.
@@ -168,16 +172,15 @@ struct Tracker::TargetSearch {
     const auto distance = [&](const Found& f) {
       return (centre_of(f.ellipse) - centre_of(around.ellipse)).norm();
     };
-    const Found& nearest = *std::min_element(
-        all.begin(), all.end(), [&](auto& x, auto& y) { return distance(x) < distance(y); });
+    const Found& nearest = *std::min_element(all.begin(), all.end(),
+                                             [&](auto& x, auto& y) { return distance(x) < distance(y); });
     if (distance(nearest) > reach_px(around))
       return "nearest ellipse to " + place + " is " + number(distance(nearest)) + " px away, reach " +
              number(reach_px(around)) + " px";
-    if (log_likeness(around, nearest) < kLeastJumpLikeness)
-      return "nearest ellipse to " + place + " is " +
-             number(radius_of(nearest.ellipse) / radius_of(around.ellipse), 2) +
-             " times as large as the target, or of another form";
-    return "nearest ellipse to " + place + " is sooner another one";
+    const double ratio = radius_of(nearest.ellipse) / radius_of(around.ellipse);
+    if (std::abs(std::log(ratio)) > 3 * std::sqrt(around.log_radius_variance))
+      return "nearest ellipse to " + place + " is " + number(ratio, 2) + " times as large as the target";
+    return "nearest ellipse to " + place + " is more likely another one";
   }
 };
 
@@ -186,7 +189,7 @@ Tracker::Tracker(const TrackerSettings& settings, std::int64_t first_id)
       next_id_(first_id),
       frame_size_(kUsualFrame),
       focal_px_(kUsualFocalPerWidth * kUsualFrame.width),
-      common_(settings.camera_unrest_radps * focal_px_),
+      common_(kFirstTurn_radps * focal_px_),
       appearance_(settings.histogram_weight) {}
 
 void Tracker::follow_id(std::int64_t id, std::optional<Eigen::Vector2d> last_seen_px) {
@@ -257,7 +260,7 @@ double Tracker::advance_clock(double time_s) {
   if (dt_s >= 0) return dt_s;
   for (Followed& followed : followed_)
     followed.motion.forget_velocity(kFirstVelocity_radiips * followed.motion.radius_px());
-  common_ = CommonMotion(settings_.camera_unrest_radps * focal_px_);
+  common_ = CommonMotion(kFirstTurn_radps * focal_px_);
   picture_pxps_.reset();
   return 0;
 }
@@ -269,7 +272,7 @@ void Tracker::look_at(const FrameView& view, const cv::Mat& image) {
 }
 
 double Tracker::frame_px2() const {
-  return static_cast<double>(frame_size_.area());
+  return std::max(static_cast<double>(frame_size_.area()), kLeastFramePx2);
 }
 
 void Tracker::predict(double dt_s, const FrameView& view) {
@@ -374,15 +377,10 @@ std::optional<Tracker::TargetSearch> Tracker::search_target(const Frame& frame) 
   search.window = window;
   search.fault = fault;
   if (fault.empty()) {
-    const Eigen::Vector2d off = centre_of(*window) - centre_of(expected);
-    if (off.norm() <= reach_px(search.by_motion)) {
-      const double sigma = kWindowSigma_radii * radius_of(expected);
-      search.by_window = search.by_motion;
-      search.by_window->ellipse = with_size(expected, centre_of(*window), radius_of(expected));
-      search.by_window->centre_covariance_px2 = sigma * sigma * Eigen::Matrix2d::Identity();
-    } else {
-      search.fault = "the CAMShift window is on something else";
-    }
+    const double sigma = kWindowSigma_radii * radius_of(expected);
+    search.by_window = search.by_motion;
+    search.by_window->ellipse = with_size(expected, centre_of(*window), radius_of(expected));
+    search.by_window->centre_covariance_px2 = sigma * sigma * Eigen::Matrix2d::Identity();
   }
   search.failure = search.why_not(frame.found) + (search.fault.empty() ? "" : "; " + search.fault);
   return search;
@@ -395,8 +393,8 @@ Match Tracker::match(const Frame& frame, const std::optional<TargetSearch>& sear
   Eigen::MatrixXd costs = association_costs(expected, frame.found, frame_px2());
   if (search && search->by_window) {
     const auto row = static_cast<Eigen::Index>(*target_place());
-    costs.row(row) = costs.row(row).cwiseMin(
-        association_costs({*search->by_window}, frame.found, frame_px2()).row(0));
+    costs.row(row) =
+        costs.row(row).cwiseMin(association_costs({*search->by_window}, frame.found, frame_px2()).row(0));
   }
   return assign(costs);
 }
@@ -503,8 +501,7 @@ Eigen::Vector2d Tracker::mean_velocity_pxps() const {
 void Tracker::carry_by_window(const TargetSearch& search) {
   Followed& target = followed_[*target_place()];
   if (target.unseen_frames == 0 || !search.by_window) return;
-  target.motion.update_centre(centre_of(search.by_window->ellipse),
-                              search.by_window->centre_covariance_px2);
+  target.motion.update_centre(centre_of(search.by_window->ellipse), search.by_window->centre_covariance_px2);
 }
 
 /// What is published of each mark: velocity, and for one that was not seen its place with the doubt about it.
@@ -518,8 +515,8 @@ void Tracker::describe_tracks() {
     EllipseCovariance& covariance = track.detection.outer.covariance;
     const double relative = followed.motion.log_radius_variance();
     covariance.setZero();
-    covariance.topLeftCorner<2, 2>() = followed.motion.centre_covariance_px2() +
-                                       common_.variance_px2() * Eigen::Matrix2d::Identity();
+    covariance.topLeftCorner<2, 2>() =
+        followed.motion.centre_covariance_px2() + common_.variance_px2() * Eigen::Matrix2d::Identity();
     covariance(2, 2) = e.a_px * e.a_px * relative;
     covariance(3, 3) = e.b_px * e.b_px * relative;
     covariance(2, 3) = covariance(3, 2) = e.a_px * e.b_px * relative;
@@ -564,8 +561,9 @@ const Track* Tracker::nearest_to(const Eigen::Vector2d& pixel) const {
 const Track* Tracker::first_circle() const {
   const Track* first = nullptr;
   for (const auto& followed : followed_)
-    if (const Track& track = followed.track; track.detection_index >= 0 && track.detection.label == Label::circle &&
-        (!first || track.detection_index < first->detection_index))
+    if (const Track& track = followed.track; track.detection_index >= 0 &&
+                                             track.detection.label == Label::circle &&
+                                             (!first || track.detection_index < first->detection_index))
       first = &track;
   return first;
 }

@@ -19,11 +19,11 @@
 namespace stevedore {
 
 struct TrackerSettings {
-  double histogram_weight = 0.95;     // the paper's w
-  double memory_s = 2.0;              // a hand, the hook's rope, a short exit from the image
-  double mark_unrest_radiips = 2.0;   // 1 m/s for a circle of 0.5 m: a vehicle that turns, a deck that heaves
-  double camera_unrest_radps = 1.0;   // a gust; 337 px/s for the paper's lens
-  double size_unrest_ps = 0.5;        // 1 m/s of climb 2 m above a circle
+  double histogram_weight = 0.95;    // the paper's w
+  double memory_s = 2.0;             // a hand, the hook's rope, a short exit from the image
+  double mark_unrest_radiips = 2.0;  // 1 m/s for a circle of 0.5 m: a vehicle that turns, a deck that heaves
+  double camera_unrest_radps = 1.0;  // a gust; 337 px/s for the paper's lens
+  double size_unrest_ps = 0.5;       // 1 m/s of climb 2 m above a circle
 };
 
 template <class Visitor>
@@ -32,9 +32,10 @@ void describe(TrackerSettings& s, Visitor& visit) {
         "raise: the target's look is learned more slowly; 1: never after the first frame");
   visit("memory_s", s.memory_s, 0.0, 10.0, "s",
         "raise: an unseen ellipse keeps its id for longer, on a worse guess");
-  visit("mark_unrest_radiips", s.mark_unrest_radiips, 0.1, 20.0, "radii/s",
-        "how much a mark's own velocity may have changed after a second; raise: marks that manoeuvre are kept, "
-        "returns are expected in a wider place");
+  visit(
+      "mark_unrest_radiips", s.mark_unrest_radiips, 0.1, 20.0, "radii/s",
+      "how much a mark's own velocity may have changed after a second; raise: marks that manoeuvre are kept, "
+      "returns are expected in a wider place");
   visit("camera_unrest_radps", s.camera_unrest_radps, 0.01, 10.0, "rad/s",
         "the same of the camera, which moves all marks together; raise: a shakier mount is followed");
   visit("size_unrest_ps", s.size_unrest_ps, 0.05, 5.0, "1/s",
@@ -56,8 +57,8 @@ struct Track {
 
 /// What is known of a frame besides its picture and its ellipses.
 struct FrameView {
-  cv::Size size;         ///< px; empty: that of the image, or else of the frame before
-  double focal_px = 0;   ///< 0: not known
+  cv::Size size;        ///< px; empty: that of the image, or else of the frame before
+  double focal_px = 0;  ///< 0: not known
   /// Homography from the image of the step before to this one, as far as the camera has turned: exact at any
   /// depth. Nothing: not told.
   std::optional<Eigen::Matrix3d> turn;
