@@ -34,6 +34,12 @@ constexpr double kWrongLabel = 0.05;
 constexpr double kJerkChance = 0.05;
 constexpr double kJerkRadii = 1.0 / 3;
 
+// Chance of finding a mark that the border cuts, and one whose centre is outside.
+constexpr double kFoundCut = 0.5, kFoundOutside = 0.05;
+
+// No camera's frame is smaller; a clipped picture makes newcomers no likelier.
+constexpr double kLeastFramePx2 = 320 * 240;
+
 // New marks a frame: one that comes into view every three seconds.
 constexpr double kNewcomers = 0.01;
 
@@ -109,20 +115,31 @@ double log_place_density(const Eigen::Vector2d& off_px, const Eigen::Matrix2d& c
   return std::max(calm, jerked) + std::log1p(std::exp(-std::abs(calm - jerked)));
 }
 
-double log_newcomer_density(double frame_px2) {
-  return std::log(kNewcomers / frame_px2);
+double log_newcomer_density(const cv::Size& frame) {
+  return std::log(kNewcomers / std::max(static_cast<double>(frame.area()), kLeastFramePx2));
 }
 
-double log_missed_odds(double seen_probability) {
-  return std::log((1 - seen_probability) / seen_probability);
+double found_probability(const Expected& expected, const Eigen::Vector2d& off_px, const cv::Size& frame) {
+  const Ellipse& e = expected.ellipse;
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
+  const double half_u = std::hypot(e.a_px * c, e.b_px * s), half_v = std::hypot(e.a_px * s, e.b_px * c);
+  const double u = e.u_px + off_px.x(), v = e.v_px + off_px.y();
+  // how far the ellipse's box reaches beyond the border, in its own half widths: 1 at its centre
+  const double cut_u = std::max(half_u - u, u + half_u - frame.width) / half_u;
+  const double cut_v = std::max(half_v - v, v + half_v - frame.height) / half_v;
+  const double cut = std::max(cut_u, cut_v);
+  return cut <= 0  ? expected.found_in_view
+         : cut < 1 ? std::min(expected.found_in_view, kFoundCut)
+                   : kFoundOutside;
 }
 
 Eigen::MatrixXd association_costs(const std::vector<Expected>& expected, const std::vector<Found>& found,
-                                  double frame_px2) {
+                                  const cv::Size& frame) {
   Eigen::MatrixXd costs(static_cast<Eigen::Index>(expected.size()), static_cast<Eigen::Index>(found.size()));
   for (Eigen::Index i = 0; i < costs.rows(); ++i) {
     const Expected& e = expected[static_cast<std::size_t>(i)];
-    const double alone = log_missed_odds(e.seen_probability) + log_newcomer_density(frame_px2);
+    const double probability = found_probability(e, {0, 0}, frame);
+    const double alone = std::log((1 - probability) / probability) + log_newcomer_density(frame);
     for (Eigen::Index k = 0; k < costs.cols(); ++k) {
       const Found& f = found[static_cast<std::size_t>(k)];
       const Eigen::Vector2d off = f.measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Expected {
   Ellipse ellipse;
   Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();  ///< of its own motion
   double log_radius_variance = 0;
-  double seen_probability = 0;       ///< of being found if it is there, 0..1
+  double found_in_view = 0;          ///< probability of being found where the whole of it is in view, 0..1
   double unseen_s = 0;               ///< since it was last measured
   Label label = Label::unknown;      ///< unknown: not told yet
   std::optional<double> inner_edge;  ///< of a ring, as a share of the outer one
@@ -49,15 +50,16 @@ double log_likeness(const Expected& expected, const Found& found);
 double log_place_density(const Eigen::Vector2d& off_px, const Eigen::Matrix2d& covariance_px2,
                          double radius_px);
 
-/// Log density (1/px^2) of a mark not seen before, anywhere in a frame of this area.
-double log_newcomer_density(double frame_px2);
+/// Log density (1/px^2) of a mark not seen before, anywhere in a frame of this size.
+double log_newcomer_density(const cv::Size& frame);
 
-/// log((1 - p) / p) of not seeing a mark where it is.
-double log_missed_odds(double seen_probability);
+/// Probability of finding a mark `off_px` from where it is expected: less where the border cuts it, next to
+/// nothing where its centre is outside.
+double found_probability(const Expected& expected, const Eigen::Vector2d& off_px, const cv::Size& frame);
 
 /// Costs of taking each found ellipse for each expected mark, relative to "the mark was missed and this is a
 /// newcomer": below zero where taking it is the better explanation. Rows: expected, columns: found.
 Eigen::MatrixXd association_costs(const std::vector<Expected>& expected, const std::vector<Found>& found,
-                                  double frame_px2);
+                                  const cv::Size& frame);
 
 }  // namespace stevedore

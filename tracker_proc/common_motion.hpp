@@ -12,7 +12,8 @@ namespace stevedore {
 struct CommonShift {
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d faster_by_pxps = Eigen::Vector2d::Zero();
-  std::size_t marks = 0;  ///< that agree
+  std::size_t marks = 0;        ///< that agree
+  std::vector<bool> ambiguous;  ///< found ellipses that could be one mark as well as another
 };
 
 /// Its mean is always folded into the marks at once; what stays here is how well it is known: variance of the
@@ -28,9 +29,10 @@ class CommonMotion {
   /// The shift that lets the constellation of the expected marks explain the found ellipses best: each pair
   /// that could be one mark proposes one, and the likeliest as a whole is refined with all its pairs. Besides
   /// what the motion so far leads to and a jerk, a jump to anywhere in the frame is thought possible, so
-  /// unlikely that it takes two marks which agree. Without any pair: no shift, and doubt remains.
-  CommonShift find(const std::vector<Expected>& expected, const std::vector<Found>& found, double frame_px2,
-                   double dt_s);
+  /// unlikely that it takes two marks which agree. Without any pair: no shift, and doubt remains; so too where
+  /// two shifts explain the frame about as well and give an ellipse to different marks.
+  CommonShift find(const std::vector<Expected>& expected, const std::vector<Found>& found,
+                   const cv::Size& frame, double dt_s);
 
   /// The same from something else that moves with the marks.
   CommonShift observe(const Eigen::Vector2d& shift_px, double variance_px2);

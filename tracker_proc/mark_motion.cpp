@@ -105,6 +105,13 @@ void MarkMotion::update_centre(const Eigen::Vector2d& centre_px, const Eigen::Ma
   covariance_ = (covariance_ + covariance_.transpose().eval()) / 2;
 }
 
+void MarkMotion::update_jerked(const MarkMeasurement& measured, double surprise_px) {
+  const Eigen::Matrix2d doubt = surprise_px * surprise_px / 4 * Eigen::Matrix2d::Identity();
+  covariance_.topLeftCorner<2, 2>() += doubt;
+  update_centre(measured.centre_px, measured.centre_covariance_px2 + doubt);
+  update_size(measured.log_radius, measured.log_radius_variance);
+}
+
 void MarkMotion::update_size(double log_radius, double variance) {
   const double innovation = size_covariance_(0, 0) + variance;
   const Eigen::Vector2d gain = size_covariance_.col(0) / innovation;

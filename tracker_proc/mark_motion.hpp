@@ -40,6 +40,9 @@ class MarkMotion {
   /// All marks moved together, in addition to what each does by itself.
   void shift(const Eigen::Vector2d& by_px, const Eigen::Vector2d& faster_by_pxps);
   void update(const MarkMeasurement& measured);
+  /// The same from `surprise_px` away: whether the mark was jerked there or the measurement is wrong, the next
+  /// one will tell.
+  void update_jerked(const MarkMeasurement& measured, double surprise_px);
   /// A place alone, with equal variance in both directions.
   void update_centre(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& covariance_px2);
   /// Starts again at a place: what led there says nothing of the velocity now.

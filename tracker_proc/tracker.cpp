@@ -23,8 +23,6 @@ constexpr double kTakeUpSemiAxes = 2.0;
 // Until something else is told: the paper's camera, 640 x 480 with 87 degrees.
 const cv::Size kUsualFrame(640, 480);
 constexpr double kUsualFocalPerWidth = 0.527;
-// No camera's frame is smaller than a quarter of that; a clipped picture makes newcomers no likelier.
-constexpr double kLeastFramePx2 = 320 * 240;
 
 // Velocity of a mark that has just been taken up, besides that of all: 1 m/s for a circle of 0.2 m.
 constexpr double kFirstVelocity_radiips = 5.0;
@@ -36,9 +34,15 @@ constexpr double kFirstTurn_radps = 0.5;
 constexpr int kTimesSeenToBelieve = 3;
 constexpr double kDoubtfulMemory_s = 0.2;
 
-// Chance of finding a mark in a frame: in plain view; when it was not found the frame before (what hid it
-// then hides it still), is cut by the border, or is doubtful; out of view.
-constexpr double kSeenInView = 0.95, kSeenPerhaps = 0.5, kSeenOutside = 0.05;
+// Chance of finding a mark in plain view; and one that was hidden in the frame before (what hid it then may hide
+// it still) or is doubtful.
+constexpr double kFound = 0.95, kFoundPerhaps = 0.5;
+// A mark that was to be found and was not is hidden; one that was not to be found is so no longer.
+constexpr double kHidden = 0.9, kNotHidden = 0.1;
+
+// While it can't be told which of several marks an ellipse is, it is none of them; and nothing new for some
+// frames: soon more of the marks are in view.
+constexpr double kPatience_s = 0.3;
 
 // With the attitude told, what is left of the camera's unrest is translation: 1 m/s^2 at 3 m.
 constexpr double kUnrestLeft = 0.3;
@@ -58,10 +62,10 @@ constexpr double kCorrelationLead = 0.15;
 constexpr double kJumpSize = 0.15;
 constexpr double kLeastJumpLikeness = -6;  // 3.5 sigma
 
-// A surprise of this many variances (99.9 % of chi-squared with two degrees of freedom) is no noise: the
-// motion starts again, with a velocity as uncertain as the surprise, taken within a frame, makes it.
+// A surprise of this many variances (99.9 % of chi-squared with two degrees of freedom) is no noise: a jerk, or a
+// false ellipse upon the mark. Beyond two radii the two do not overlap: it is somewhere else now.
 constexpr double kLargestSurprise = 13.8;
-constexpr double kShortestStep_s = 1e-3;
+constexpr double kFarthestJerk_radii = 2.0;
 
 Eigen::Vector2d centre_of(const Ellipse& e) {
   return {e.u_px, e.v_px};
@@ -107,16 +111,6 @@ Eigen::Matrix2d jacobian_at(const Eigen::Matrix3d& h, const Eigen::Vector2d& p) 
   return (h.topLeftCorner<2, 2>() - q.hnormalized() * h.bottomLeftCorner<1, 2>()) / q.z();
 }
 
-double seen_probability(const Ellipse& e, const cv::Size& frame) {
-  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
-  const double half_u = std::hypot(e.a_px * c, e.b_px * s), half_v = std::hypot(e.a_px * s, e.b_px * c);
-  // how far the ellipse's box reaches beyond the border, in its own half widths: 1 at its centre
-  const double cut_u = std::max(half_u - e.u_px, e.u_px + half_u - frame.width) / half_u;
-  const double cut_v = std::max(half_v - e.v_px, e.v_px + half_v - frame.height) / half_v;
-  const double cut = std::max(cut_u, cut_v);
-  return cut <= 0 ? kSeenInView : cut < 1 ? kSeenPerhaps : kSeenOutside;
-}
-
 /// Three sigma of where it may be, and at least the radius that a jerk may take it.
 double reach_px(const Expected& around) {
   return std::max(radius_of(around.ellipse), 3 * std::sqrt(around.centre_covariance_px2.trace() / 2));
@@ -136,11 +130,14 @@ struct Tracker::Frame {
     }
   }
 
+  [[nodiscard]] bool is_ambiguous(std::size_t k) const { return k < ambiguous.size() && ambiguous[k]; }
+
   double dt_s;
   const cv::Mat& image;
   const std::vector<Detection>& detections;
   std::vector<Found> found;
   std::vector<int> index;
+  std::vector<bool> ambiguous;  ///< of found: could be one mark as well as another; empty: none
 };
 
 /// Where the target is looked for among this frame's ellipses: where its motion leads to and, if CAMShift's
@@ -225,7 +222,7 @@ void Tracker::follow(Wish wish, std::int64_t id, std::optional<Eigen::Vector2d> 
 
 TrackerResult Tracker::step(double time_s, const cv::Mat& image, const std::vector<Detection>& detections,
                             const FrameView& view) {
-  const Frame frame(advance_clock(time_s), image, detections);
+  Frame frame(advance_clock(time_s), image, detections);
   look_at(view, image);
   predict(frame.dt_s, view);
   TrackerResult result;
@@ -240,6 +237,7 @@ TrackerResult Tracker::step(double time_s, const cv::Mat& image, const std::vect
     }
   }
   continue_tracks(frame, match);
+  note_hidden();
   if (search) carry_by_window(*search);
   describe_tracks();
   if (!target_id_) take_up_target();
@@ -269,10 +267,6 @@ void Tracker::look_at(const FrameView& view, const cv::Mat& image) {
   const cv::Size size = view.size.empty() ? image.size() : view.size;
   if (!size.empty()) frame_size_ = size;
   focal_px_ = view.focal_px > 0 ? view.focal_px : kUsualFocalPerWidth * frame_size_.width;
-}
-
-double Tracker::frame_px2() const {
-  return std::max(static_cast<double>(frame_size_.area()), kLeastFramePx2);
 }
 
 void Tracker::predict(double dt_s, const FrameView& view) {
@@ -327,9 +321,8 @@ Expected Tracker::expected_of(const Followed& followed) const {
   e.ellipse = track.detection.outer.ellipse;
   e.centre_covariance_px2 = followed.motion.centre_covariance_px2();
   e.log_radius_variance = followed.motion.log_radius_variance();
-  e.seen_probability = seen_probability(e.ellipse, frame_size_);
-  const bool seen_before = followed.times_seen >= kTimesSeenToBelieve && followed.unseen_frames <= 1;
-  if (!seen_before) e.seen_probability = std::min(e.seen_probability, kSeenPerhaps);
+  const bool is_there = followed.times_seen >= kTimesSeenToBelieve && !followed.hidden;
+  e.found_in_view = is_there ? kFound : kFoundPerhaps;
   e.unseen_s = track.unseen_s;
   e.label = track.detection.label;
   e.inner_edge = inner_edge_of(track.detection);
@@ -342,8 +335,10 @@ std::vector<Expected> Tracker::all_expected() const {
   return all;
 }
 
-void Tracker::shift_together(const Frame& frame, const FrameView& view) {
-  CommonShift shift = common_.find(all_expected(), frame.found, frame_px2(), frame.dt_s);
+void Tracker::shift_together(Frame& frame, const FrameView& view) {
+  CommonShift shift = common_.find(all_expected(), frame.found, frame_size_, frame.dt_s);
+  if (shift.ambiguous.empty()) sure_s_ = *time_s_;
+  frame.ambiguous = shift.ambiguous;
   const auto seen = view.turn ? std::nullopt : picture_.shift_to(frame.image);
   if (seen && frame.dt_s > 0) {
     const Eigen::Vector2d seen_pxps = seen->shift_px / frame.dt_s;
@@ -390,12 +385,14 @@ Match Tracker::match(const Frame& frame, const std::optional<TargetSearch>& sear
   std::vector<Expected> expected = all_expected();
   for (Expected& e : expected)
     e.centre_covariance_px2 += common_.variance_px2() * Eigen::Matrix2d::Identity();
-  Eigen::MatrixXd costs = association_costs(expected, frame.found, frame_px2());
+  Eigen::MatrixXd costs = association_costs(expected, frame.found, frame_size_);
   if (search && search->by_window) {
     const auto row = static_cast<Eigen::Index>(*target_place());
     costs.row(row) =
-        costs.row(row).cwiseMin(association_costs({*search->by_window}, frame.found, frame_px2()).row(0));
+        costs.row(row).cwiseMin(association_costs({*search->by_window}, frame.found, frame_size_).row(0));
   }
+  for (std::size_t k = 0; k < frame.found.size(); ++k)
+    if (frame.is_ambiguous(k)) costs.col(static_cast<Eigen::Index>(k)).setZero();
   return assign(costs);
 }
 
@@ -414,7 +411,7 @@ std::optional<std::size_t> Tracker::moved_target(const Frame& frame, Match& matc
   std::optional<std::size_t> moved;
   for (std::size_t k = 0; k < frame.found.size(); ++k) {
     const bool is_new = !owner[k] || followed_[*owner[k]].since_s >= followed_[place].seen_s;
-    if (!is_new || log_likeness(expected, frame.found[k]) < kLeastJumpLikeness) continue;
+    if (!is_new || frame.is_ambiguous(k) || log_likeness(expected, frame.found[k]) < kLeastJumpLikeness) continue;
     const auto here = surroundings_.correlation(frame.image, frame.found[k].ellipse);
     if (!here) continue;
     if (*here > best) {
@@ -443,8 +440,9 @@ void Tracker::continue_tracks(const Frame& frame, const Match& match) {
     continue_track(followed_[i], frame, *match[i]);
   }
   const Eigen::Vector2d velocity_pxps = mean_velocity_pxps();
+  const bool patient = *time_s_ - sure_s_ <= kPatience_s;
   for (std::size_t k = 0; k < taken.size(); ++k)
-    if (!taken[k]) take_up(frame, k, velocity_pxps);
+    if (!taken[k] && !(patient && frame.is_ambiguous(k))) take_up(frame, k, velocity_pxps);
 }
 
 void Tracker::continue_track(Followed& followed, const Frame& frame, std::size_t found) {
@@ -452,15 +450,15 @@ void Tracker::continue_track(Followed& followed, const Frame& frame, std::size_t
   MarkMotion& motion = followed.motion;
   const Eigen::Vector2d surprise = measured.centre_px - motion.centre_px();
   const Eigen::Matrix2d covariance = motion.centre_covariance_px2() + measured.centre_covariance_px2;
-  if (surprise.dot(covariance.inverse() * surprise) < kLargestSurprise) {
+  if (surprise.dot(covariance.inverse() * surprise) < kLargestSurprise)
     motion.update(measured);
-  } else {
-    const double speed_pxps =
-        std::min(surprise.norm(), motion.radius_px()) / std::max(frame.dt_s, kShortestStep_s);
-    motion.restart(measured, speed_pxps);
-  }
+  else if (surprise.norm() < kFarthestJerk_radii * motion.radius_px())
+    motion.update_jerked(measured, surprise.norm());
+  else
+    motion.restart(measured, kFirstVelocity_radiips * motion.radius_px());
   followed.times_seen += 1;
   followed.unseen_frames = 0;
+  followed.hidden = false;
   followed.seen_s = *time_s_;
   set_measured(followed.track, frame, found);
 }
@@ -495,6 +493,15 @@ Eigen::Vector2d Tracker::mean_velocity_pxps() const {
     ++count;
   }
   return count > 0 ? Eigen::Vector2d(sum / count) : sum;
+}
+
+void Tracker::note_hidden() {
+  for (Followed& followed : followed_) {
+    if (followed.unseen_frames == 0) continue;
+    const double to_be_found = found_probability(expected_of(followed), {0, 0}, frame_size_);
+    if (to_be_found >= kHidden) followed.hidden = true;
+    if (to_be_found <= kNotHidden) followed.hidden = false;
+  }
 }
 
 /// The target has no ellipse in this frame, but CAMShift sees it.

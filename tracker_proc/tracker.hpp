@@ -21,7 +21,7 @@ namespace stevedore {
 struct TrackerSettings {
   double histogram_weight = 0.95;    // the paper's w
   double memory_s = 2.0;             // a hand, the hook's rope, a short exit from the image
-  double mark_unrest_radiips = 2.0;  // 1 m/s for a circle of 0.5 m: a vehicle that turns, a deck that heaves
+  double mark_unrest_radiips = 0.5;  // besides what all do: 0.25 m/s for a circle of 0.5 m, a deck that tilts
   double camera_unrest_radps = 1.0;  // a gust; 337 px/s for the paper's lens
   double size_unrest_ps = 0.5;       // 1 m/s of climb 2 m above a circle
 };
@@ -104,6 +104,7 @@ class Tracker {
     MarkMotion motion;
     int times_seen = 1;
     int unseen_frames = 0;
+    bool hidden = false;  ///< not found though it should be in view
     double since_s = 0;                                   ///< taken up then
     double seen_s = 0;                                    ///< last measured then
     Eigen::Vector2d turn_pxps = Eigen::Vector2d::Zero();  ///< the told part of its velocity
@@ -120,7 +121,7 @@ class Tracker {
   [[nodiscard]] double memory_s(const Followed& followed) const;
   [[nodiscard]] Expected expected_of(const Followed& followed) const;
   [[nodiscard]] std::vector<Expected> all_expected() const;
-  void shift_together(const Frame& frame, const FrameView& view);
+  void shift_together(Frame& frame, const FrameView& view);
   [[nodiscard]] std::optional<TargetSearch> search_target(const Frame& frame) const;
   [[nodiscard]] std::vector<std::optional<std::size_t>> match(
       const Frame& frame, const std::optional<TargetSearch>& search) const;
@@ -130,6 +131,7 @@ class Tracker {
   void take_up(const Frame& frame, std::size_t found, const Eigen::Vector2d& velocity_pxps);
   void set_measured(Track& track, const Frame& frame, std::size_t found) const;
   [[nodiscard]] Eigen::Vector2d mean_velocity_pxps() const;
+  void note_hidden();
   void carry_by_window(const TargetSearch& search);
   void describe_tracks();
   void take_up_target();
@@ -139,7 +141,6 @@ class Tracker {
   [[nodiscard]] const Track* first_circle() const;
   [[nodiscard]] std::string searching_reason() const;
   [[nodiscard]] Target target_state(const std::optional<TargetSearch>& search) const;
-  [[nodiscard]] double frame_px2() const;
 
   TrackerSettings settings_;
   std::int64_t next_id_;
@@ -148,6 +149,7 @@ class Tracker {
   double focal_px_;
   std::vector<Followed> followed_;  ///< in the order of their ids
   CommonMotion common_;
+  double sure_s_ = 0;  ///< then it was known last which mark is which
   PictureMotion picture_;
   std::optional<Eigen::Vector2d> picture_pxps_;  ///< the picture's share of the velocities of the marks
 
