@@ -17,6 +17,7 @@ struct Expected {
   Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();  ///< of its own motion
   double log_radius_variance = 0;
   double found_in_view = 0;          ///< probability of being found where the whole of it is in view, 0..1
+  bool is_doubtful = false;          ///< seen too seldom to be sure that there is such a mark
   double unseen_s = 0;               ///< since it was last measured
   Label label = Label::unknown;      ///< unknown: not told yet
   std::optional<double> inner_edge;  ///< of a ring, as a share of the outer one

@@ -22,16 +22,16 @@ constexpr double kJerkRadii = 1.0 / 3;
 // Pairs this unlike are two different things: exp(-12) is less than any motion could make up for.
 constexpr double kLeastLikeness = -12;
 
-// Proposals looked at, the likeliest by themselves first; pairs that agreed with an earlier one propose nothing
-// new. A grid of 5 x 5 equal marks allows for 81 shifts.
+// Proposals looked at, the likeliest by themselves first; pairs that agreed with an earlier one propose
+// nothing new. A grid of 5 x 5 equal marks allows for 81 shifts.
 constexpr std::size_t kProposals = 100;
 
 // A camera that also rolls by a degree or comes nearer by a fiftieth moves two marks against each other by so
 // much of the distance between them; what each is thought to know of its velocity adds a pixel.
 constexpr double kDeformation = 0.02, kDeformation_px = 1;
 
-// The second best explanation counts while it is a hundredth as likely as the best.
-const double kDoubt = std::log(100.0);
+// The second best explanation counts while it is a thousandth as likely as the best.
+const double kDoubt = std::log(1000.0);
 
 /// An expected mark and an ellipse that could be it.
 struct Pair {
@@ -92,10 +92,9 @@ std::vector<Pair> possible_pairs(const std::vector<Expected>& expected, const st
     for (std::size_t k = 0; k < found.size(); ++k) {
       const double likeness = log_likeness(e, found[k]);
       if (likeness < kLeastLikeness) continue;
-      pairs.push_back(
-          {i, k, found[k].measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px),
-           (e.centre_covariance_px2 + found[k].measurement.centre_covariance_px2).trace() / 2, likeness,
-           std::sqrt(e.ellipse.a_px * e.ellipse.b_px)});
+      pairs.push_back({i, k, found[k].measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px),
+                       (e.centre_covariance_px2 + found[k].measurement.centre_covariance_px2).trace() / 2,
+                       likeness, std::sqrt(e.ellipse.a_px * e.ellipse.b_px)});
     }
   }
   return pairs;
@@ -108,9 +107,9 @@ struct Proposal {
   std::vector<const Pair*> pairs;
 };
 
-/// Each expected mark (the pairs are in their order) takes the ellipse that fits best of those still free. One
-/// that takes none should have been found where the shift puts it, or is out of view there; but a jump is no
-/// excuse: what covers many marks at once (a hand, blur) is likelier than one that puts them out of view.
+/// Each expected mark (the pairs are in their order) takes the ellipse that fits best of those still free.
+/// One that takes none should have been found where the shift puts it, or is out of view there; but a jump is
+/// no excuse: what covers many marks at once (a hand, blur) is likelier than one that puts them out of view.
 Proposal proposal_of(const Scene& scene, const Pair& leader, const Prior& prior) {
   Proposal proposal{prior.log_density, prior.movement, {}};
   std::vector<bool> taken(scene.found.size(), false);
@@ -185,21 +184,23 @@ std::vector<Proposal> proposals_of(const Scene& scene) {
   return proposals;
 }
 
-/// Whether an ellipse is one mark for one of them and another for the other.
-bool contradict(const Proposal& one, const Proposal& other) {
+/// Whether an ellipse is one mark for one of them and another for the other, and both marks are there.
+bool contradict(const Scene& scene, const Proposal& one, const Proposal& other) {
   for (const Pair* p : one.pairs)
     for (const Pair* q : other.pairs)
-      if (p->found == q->found && p->expected != q->expected) return true;
+      if (p->found == q->found && p->expected != q->expected && !scene.expected[p->expected].is_doubtful &&
+          !scene.expected[q->expected].is_doubtful)
+        return true;
   return false;
 }
 
 /// The ellipses of all explanations that could be the right one, if there are several; else empty.
-std::vector<bool> ambiguous_ones(const std::vector<Proposal>& proposals, std::size_t found_count) {
+std::vector<bool> ambiguous_ones(const Scene& scene, const std::vector<Proposal>& proposals) {
   const Proposal& best = proposals.front();
   std::vector<bool> ambiguous;
   for (const Proposal& p : proposals) {
-    if (p.gain < best.gain - kDoubt || !contradict(best, p)) continue;
-    ambiguous.resize(found_count);
+    if (p.gain < best.gain - kDoubt || !contradict(scene, best, p)) continue;
+    ambiguous.resize(scene.found.size());
     for (const Pair* pair : best.pairs) ambiguous[pair->found] = true;
     for (const Pair* pair : p.pairs) ambiguous[pair->found] = true;
   }
@@ -225,7 +226,7 @@ CommonShift CommonMotion::find(const std::vector<Expected>& expected, const std:
   if (proposals.empty()) return {};
   const Proposal& best = proposals.front();
   CommonShift doubt;
-  doubt.ambiguous = ambiguous_ones(proposals, found.size());
+  doubt.ambiguous = ambiguous_ones(scene, proposals);
   if (!doubt.ambiguous.empty()) return doubt;
 
   double weight = 0, radius = 0;

@@ -29,8 +29,8 @@ class CommonMotion {
   /// The shift that lets the constellation of the expected marks explain the found ellipses best: each pair
   /// that could be one mark proposes one, and the likeliest as a whole is refined with all its pairs. Besides
   /// what the motion so far leads to and a jerk, a jump to anywhere in the frame is thought possible, so
-  /// unlikely that it takes two marks which agree. Without any pair: no shift, and doubt remains; so too where
-  /// two shifts explain the frame about as well and give an ellipse to different marks.
+  /// unlikely that it takes two marks which agree. Without any pair: no shift, and doubt remains; so too
+  /// where two shifts explain the frame about as well and give an ellipse to different marks.
   CommonShift find(const std::vector<Expected>& expected, const std::vector<Found>& found,
                    const cv::Size& frame, double dt_s);
 
@@ -38,7 +38,6 @@ class CommonMotion {
   CommonShift observe(const Eigen::Vector2d& shift_px, double variance_px2);
 
   [[nodiscard]] double variance_px2() const { return covariance_(0, 0); }
-  [[nodiscard]] double velocity_variance_px2ps2() const { return covariance_(1, 1); }
 
  private:
   Eigen::Matrix2d covariance_;  ///< of (shift, velocity)

@@ -67,14 +67,18 @@ void MarkMotion::predict(double dt_s, const Unrest& unrest) {
   const Matrix4 f = transition(dt_s);
   state_ = f * state_;
   covariance_ = f * covariance_ * f.transpose();
-  for (int axis = 0; axis < 2; ++axis)
-    for (int i = 0; i < 2; ++i)
-      for (int j = 0; j < 2; ++j) covariance_(axis + 2 * i, axis + 2 * j) += noise(i, j);
-
+  add(noise);
   const Eigen::Matrix2d g = (Eigen::Matrix2d() << 1, dt_s, 0, 1).finished();
   size_ = g * size_;
   size_covariance_ = g * size_covariance_ * g.transpose() +
                      white_acceleration(dt_s, unrest.size_rate_ps * unrest.size_rate_ps);
+}
+
+/// Of (place, velocity), in each image direction.
+void MarkMotion::add(const Eigen::Matrix2d& covariance) {
+  for (int axis = 0; axis < 2; ++axis)
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j) covariance_(axis + 2 * i, axis + 2 * j) += covariance(i, j);
 }
 
 void MarkMotion::carry(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& jacobian) {
@@ -87,7 +91,9 @@ void MarkMotion::carry(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& 
   size_[0] += std::log(std::abs(jacobian.determinant())) / 2;
 }
 
-void MarkMotion::shift(const Eigen::Vector2d& by_px, const Eigen::Vector2d& faster_by_pxps) {
+void MarkMotion::shift(const Eigen::Vector2d& by_px, const Eigen::Vector2d& faster_by_pxps,
+                       const Eigen::Matrix2d& doubt) {
+  add(doubt);
   state_.head<2>() += by_px;
   state_.tail<2>() += faster_by_pxps;
 }

@@ -37,11 +37,13 @@ class MarkMotion {
   void predict(double dt_s, const Unrest& unrest);
   /// Something known moved the image here: the point to `centre_px`, directions by `jacobian`.
   void carry(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& jacobian);
-  /// All marks moved together, in addition to what each does by itself.
-  void shift(const Eigen::Vector2d& by_px, const Eigen::Vector2d& faster_by_pxps);
+  /// All marks moved together, in addition to what each does by itself. doubt: covariance of shift and change
+  /// of velocity, the same in both image directions.
+  void shift(const Eigen::Vector2d& by_px, const Eigen::Vector2d& faster_by_pxps,
+             const Eigen::Matrix2d& doubt);
   void update(const MarkMeasurement& measured);
-  /// The same from `surprise_px` away: whether the mark was jerked there or the measurement is wrong, the next
-  /// one will tell.
+  /// The same from `surprise_px` away: whether the mark was jerked there or the measurement is wrong, the
+  /// next one will tell.
   void update_jerked(const MarkMeasurement& measured, double surprise_px);
   /// A place alone, with equal variance in both directions.
   void update_centre(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& covariance_px2);
@@ -60,6 +62,7 @@ class MarkMotion {
 
  private:
   void update_size(double log_radius, double variance);
+  void add(const Eigen::Matrix2d& covariance);
 
   Eigen::Vector4d state_;
   Matrix4 covariance_ = Matrix4::Zero();

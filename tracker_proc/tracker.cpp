@@ -34,8 +34,8 @@ constexpr double kFirstTurn_radps = 0.5;
 constexpr int kTimesSeenToBelieve = 3;
 constexpr double kDoubtfulMemory_s = 0.2;
 
-// Chance of finding a mark in plain view; and one that was hidden in the frame before (what hid it then may hide
-// it still) or is doubtful.
+// Chance of finding a mark in plain view; and one that was hidden in the frame before (what hid it then may
+// hide it still) or is doubtful.
 constexpr double kFound = 0.95, kFoundPerhaps = 0.5;
 // A mark that was to be found and was not is hidden; one that was not to be found is so no longer.
 constexpr double kHidden = 0.9, kNotHidden = 0.1;
@@ -62,8 +62,8 @@ constexpr double kCorrelationLead = 0.15;
 constexpr double kJumpSize = 0.15;
 constexpr double kLeastJumpLikeness = -6;  // 3.5 sigma
 
-// A surprise of this many variances (99.9 % of chi-squared with two degrees of freedom) is no noise: a jerk, or a
-// false ellipse upon the mark. Beyond two radii the two do not overlap: it is somewhere else now.
+// A surprise of this many variances (99.9 % of chi-squared with two degrees of freedom) is no noise: a jerk,
+// or a false ellipse upon the mark. Beyond two radii the two do not overlap: it is somewhere else now.
 constexpr double kLargestSurprise = 13.8;
 constexpr double kFarthestJerk_radii = 2.0;
 
@@ -237,7 +237,7 @@ TrackerResult Tracker::step(double time_s, const cv::Mat& image, const std::vect
     }
   }
   continue_tracks(frame, match);
-  note_hidden();
+  if (frame.ambiguous.empty()) note_hidden();
   if (search) carry_by_window(*search);
   describe_tracks();
   if (!target_id_) take_up_target();
@@ -321,8 +321,8 @@ Expected Tracker::expected_of(const Followed& followed) const {
   e.ellipse = track.detection.outer.ellipse;
   e.centre_covariance_px2 = followed.motion.centre_covariance_px2();
   e.log_radius_variance = followed.motion.log_radius_variance();
-  const bool is_there = followed.times_seen >= kTimesSeenToBelieve && !followed.hidden;
-  e.found_in_view = is_there ? kFound : kFoundPerhaps;
+  e.is_doubtful = followed.times_seen < kTimesSeenToBelieve;
+  e.found_in_view = e.is_doubtful || followed.hidden ? kFoundPerhaps : kFound;
   e.unseen_s = track.unseen_s;
   e.label = track.detection.label;
   e.inner_edge = inner_edge_of(track.detection);
@@ -356,7 +356,12 @@ void Tracker::shift_together(Frame& frame, const FrameView& view) {
       *picture_pxps_ += shift.faster_by_pxps;
   }
   for (Followed& followed : followed_) {
-    followed.motion.shift(shift.shift_px, shift.faster_by_pxps);
+    // the velocity of all is told by marks that have their own unrest: for one that is not seen it adds to
+    // its own
+    const double walk_pxps = settings_.mark_unrest_radiips * followed.motion.radius_px();
+    const bool is_told = shift.marks > 0 && followed.unseen_frames > 1;
+    const double variance = is_told ? walk_pxps * walk_pxps / static_cast<double>(shift.marks) : 0;
+    followed.motion.shift(shift.shift_px, shift.faster_by_pxps, white_acceleration(frame.dt_s, variance));
     move_to(followed.track.detection, followed.motion);
   }
 }
@@ -411,7 +416,8 @@ std::optional<std::size_t> Tracker::moved_target(const Frame& frame, Match& matc
   std::optional<std::size_t> moved;
   for (std::size_t k = 0; k < frame.found.size(); ++k) {
     const bool is_new = !owner[k] || followed_[*owner[k]].since_s >= followed_[place].seen_s;
-    if (!is_new || frame.is_ambiguous(k) || log_likeness(expected, frame.found[k]) < kLeastJumpLikeness) continue;
+    if (!is_new || frame.is_ambiguous(k) || log_likeness(expected, frame.found[k]) < kLeastJumpLikeness)
+      continue;
     const auto here = surroundings_.correlation(frame.image, frame.found[k].ellipse);
     if (!here) continue;
     if (*here > best) {

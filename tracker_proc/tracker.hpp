@@ -19,9 +19,10 @@
 namespace stevedore {
 
 struct TrackerSettings {
-  double histogram_weight = 0.95;    // the paper's w
-  double memory_s = 2.0;             // a hand, the hook's rope, a short exit from the image
-  double mark_unrest_radiips = 0.5;  // besides what all do: 0.25 m/s for a circle of 0.5 m, a deck that tilts
+  double histogram_weight = 0.95;  // the paper's w
+  double memory_s = 2.0;           // a hand, the hook's rope, a short exit from the image
+  double mark_unrest_radiips =
+      1.0;  // besides what all do: 0.5 m/s for a circle of 0.5 m, a vehicle that turns
   double camera_unrest_radps = 1.0;  // a gust; 337 px/s for the paper's lens
   double size_unrest_ps = 0.5;       // 1 m/s of climb 2 m above a circle
 };
@@ -104,7 +105,7 @@ class Tracker {
     MarkMotion motion;
     int times_seen = 1;
     int unseen_frames = 0;
-    bool hidden = false;  ///< not found though it should be in view
+    bool hidden = false;                                  ///< not found though it should be in view
     double since_s = 0;                                   ///< taken up then
     double seen_s = 0;                                    ///< last measured then
     Eigen::Vector2d turn_pxps = Eigen::Vector2d::Zero();  ///< the told part of its velocity
