@@ -52,6 +52,9 @@ constexpr double kPictureMemory_s = 0.1;
 
 // CAMShift's window of a half covered mark is centred on what remains: up to half a radius off, two sigma.
 constexpr double kWindowSigma_radii = 0.25;
+// That of a mark in plain view is centred on it to a tenth of a radius, and with some clutter to less than
+// this.
+constexpr double kAtWindow_radii = 0.4;
 
 // A target that is not where it was expected has moved to an ellipse whose surroundings correlate at least so
 // much with the target's own (the rest: size and form a tenth off, what it drives past) ...
@@ -158,6 +161,12 @@ struct Tracker::TargetSearch {
       return number(away(*by_window)) + " px from " + kAtWindow;
     const std::string why = by_window ? number(away(*by_window)) + " px from " + kAtWindow : fault;
     return number(away(by_motion)) + " px from " + kByMotion + "; " + why;
+  }
+
+  /// An ellipse in plain view has the window upon it; one that lies half between two has neither.
+  [[nodiscard]] bool is_at_window(const Ellipse& ellipse) const {
+    const Ellipse& w = by_window->ellipse;
+    return (centre_of(ellipse) - centre_of(w)).norm() < kAtWindow_radii * radius_of(w);
   }
 
   /// Step 5 in words: how the ellipse nearest to where it is looked for fails to be the target, or that
@@ -393,8 +402,12 @@ Match Tracker::match(const Frame& frame, const std::optional<TargetSearch>& sear
   Eigen::MatrixXd costs = association_costs(expected, frame.found, frame_size_);
   if (search && search->by_window) {
     const auto row = static_cast<Eigen::Index>(*target_place());
-    costs.row(row) =
-        costs.row(row).cwiseMin(association_costs({*search->by_window}, frame.found, frame_size_).row(0));
+    const Eigen::MatrixXd by_window = association_costs({*search->by_window}, frame.found, frame_size_);
+    for (std::size_t k = 0; k < frame.found.size(); ++k) {
+      const auto column = static_cast<Eigen::Index>(k);
+      if (search->is_at_window(frame.found[k].ellipse))
+        costs(row, column) = std::min(costs(row, column), by_window(0, column));
+    }
   }
   for (std::size_t k = 0; k < frame.found.size(); ++k)
     if (frame.is_ambiguous(k)) costs.col(static_cast<Eigen::Index>(k)).setZero();

@@ -103,7 +103,7 @@ class Film {
       camera_.place_px.x() += step_px;
       Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
       turn(0, 2) = step_px;  // as far from the axis as the focal length is long: near enough a shift
-      step({0, 0}, 0.05, 0.1, turn);
+      step({0, 0}, 0.05, 0, turn);
     }
   }
 
@@ -235,7 +235,7 @@ TEST_CASE(
     Film film(3000 + seed);
     for (int k = 0; k < 60; ++k) film.step(-film.camera_px(), k < 10 ? 0 : 0.05, 0);
     film.look_away(50);
-    for (int k = 0; k < 30; ++k) film.step(-film.camera_px(), 0.05, 0.1);
+    for (int k = 0; k < 30; ++k) film.step(-film.camera_px(), 0.05, 0);
     renewals.add(film);
   }
   CHECK(renewals.share() <= 1e-3);
