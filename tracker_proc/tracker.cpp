@@ -52,9 +52,8 @@ constexpr double kPictureMemory_s = 0.1;
 
 // CAMShift's window of a half covered mark is centred on what remains: up to half a radius off, two sigma.
 constexpr double kWindowSigma_radii = 0.25;
-// That of a mark in plain view is centred on it to a tenth of a radius, and with some clutter to less than
-// this.
-constexpr double kAtWindow_radii = 0.4;
+// An ellipse farther from it than half a radius and some noise is not what CAMShift sees.
+constexpr double kAtWindow_radii = 0.6;
 
 // A target that is not where it was expected has moved to an ellipse whose surroundings correlate at least so
 // much with the target's own (the rest: size and form a tenth off, what it drives past) ...
@@ -247,7 +246,7 @@ TrackerResult Tracker::step(double time_s, const cv::Mat& image, const std::vect
   }
   continue_tracks(frame, match);
   if (frame.ambiguous.empty()) note_hidden();
-  if (search) carry_by_window(*search);
+  if (search) use_window(*search);
   describe_tracks();
   if (!target_id_) take_up_target();
   if (const Track* target = find(target_id_); target && target->detection_index >= 0) {
@@ -523,11 +522,15 @@ void Tracker::note_hidden() {
   }
 }
 
-/// The target has no ellipse in this frame, but CAMShift sees it.
-void Tracker::carry_by_window(const TargetSearch& search) {
+/// While the target has no ellipse the window carries it, if it lay upon the ellipse when there was one last.
+void Tracker::use_window(const TargetSearch& search) {
+  if (!search.by_window) return;
   Followed& target = followed_[*target_place()];
-  if (target.unseen_frames == 0 || !search.by_window) return;
-  target.motion.update_centre(centre_of(search.by_window->ellipse), search.by_window->centre_covariance_px2);
+  if (target.unseen_frames == 0)
+    window_is_upon_target_ = search.is_at_window(target.track.detection.outer.ellipse);
+  else if (window_is_upon_target_)
+    target.motion.update_centre(centre_of(search.by_window->ellipse),
+                                search.by_window->centre_covariance_px2);
 }
 
 /// What is published of each mark: velocity, and for one that was not seen its place with the doubt about it.

@@ -133,7 +133,7 @@ class Tracker {
   void set_measured(Track& track, const Frame& frame, std::size_t found) const;
   [[nodiscard]] Eigen::Vector2d mean_velocity_pxps() const;
   void note_hidden();
-  void carry_by_window(const TargetSearch& search);
+  void use_window(const TargetSearch& search);
   void describe_tracks();
   void take_up_target();
   [[nodiscard]] std::optional<std::size_t> target_place() const;
@@ -160,6 +160,7 @@ class Tracker {
   std::optional<std::int64_t> target_id_;  ///< empty: not taken up yet
   Appearance appearance_;
   Surroundings surroundings_;
+  bool window_is_upon_target_ = false;  ///< when it had an ellipse last
 };
 
 }  // namespace stevedore
