@@ -42,7 +42,8 @@ const std::vector<StageKind>& stage_kinds() {
        {channels::tracks.name},
        true,
        [](const Config& config, Bus& bus, FrameReader& frames) {
-         return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), bus, frames);
+         return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), camera_of(config),
+                                               bus, frames);
        }},
       {"pose_proc",
        {channels::poses.name, channels::platform_estimate.name},

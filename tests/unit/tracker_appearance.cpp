@@ -160,7 +160,7 @@ TEST_CASE("a jump that the motion model misses is followed through CAMShift") {
   TrackerResult result;
   double u = 200;
   for (int k = 0; k < 20; ++k) {
-    u = k < 10 ? 200 : 240;  // the camera is knocked: 40 px, more than the gate of 32
+    u = k < 10 ? 200 : 248;  // the camera is knocked: 48 px, 1.8 radii
     const cv::Mat image = with_image ? picture(at(u), CV_8UC1, kWhite, kDark) : cv::Mat();
     result = tracker.step(k * kFrame_s, image, {seen(at(u))});
     if (k == 10 && with_image) {
@@ -193,7 +193,7 @@ TEST_CASE("a neighbour of the same paint is not taken when the target is covered
   tracker.follow_first_circle();
   const Ellipse target{200, 240, 30, 28, 0}, neighbour{200 + distance, 240, 30, 28, 0};
   TrackerResult result;
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < 90; ++k) {
     const bool covered = k >= 20;
     cv::Mat image = picture(neighbour, CV_8UC1, kWhite, kDark);
     if (!covered) image = cv::max(image, picture(target, CV_8UC1, kWhite, kDark));
