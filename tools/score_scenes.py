@@ -135,7 +135,7 @@ def main():
             at = next((k for k in range(len(bands)) if edges[k] <= truth["height"] < edges[k + 1]), len(bands) - 1)
             score_frame((total, bands[at]), truth, (line or {}).get("ellipses", []), o,
                         lambda what, e: notes.append({"image": truth["image"], "height": round(truth["height"], 2),
-                                                      "what": what, **{k: e.get(k) for k in "u v a b visible_share occupied coverage".split()}}))
+                                                      "what": what, **{k: e.get(k) for k in "u v a b alpha visible_share occupied coverage".split()}}))
     if o.list:
         with open(o.list, "w") as out:
             out.writelines(json.dumps(note) + "\n" for note in notes)
