@@ -30,6 +30,24 @@ Ellipse enlarged(const Ellipse& e, int factor) {
           e.alpha_rad};
 }
 
+EllipseEdge enlarged(EllipseEdge edge, int factor, const LightWeights& weights) {
+  const auto scale = static_cast<float>(factor);
+  EdgeSupport& support = edge.support;
+  for (int k = 0; k < support.count; ++k) {
+    EdgeSample& s = support.samples[static_cast<std::size_t>(k)];
+    s.offset_px *= scale, s.length_px *= scale;
+    s.point.u_px = (s.point.u_px + 0.5F) * scale - 0.5F;
+    s.point.v_px = (s.point.v_px + 0.5F) * scale - 0.5F;
+  }
+  for (double* length_px :
+       {&support.perimeter_px, &support.visible_px, &support.supported_px, &support.rms_px, &edge.open_px})
+    *length_px *= factor;
+  edge.ellipse = enlarged(edge.ellipse, factor);
+  edge.weights = weights;
+  edge.reduction = factor;
+  return edge;
+}
+
 /// Fit and covariance as the search leaves them, at full size.
 EllipseFit coarse_fit(const EllipseEdge& edge, int factor) {
   EllipseFit fit{enlarged(edge.ellipse, factor),
@@ -49,10 +67,11 @@ double reach_px(const MarkEdges& mark, int factor) {
 EllipseFit fine_fit(const EllipseEdge& edge, const LightImage& light, int factor, double reach,
                     int most_strips) {
   const EllipseFit coarse = coarse_fit(edge, factor);
-  const double blur_px = 0.8 * factor;  // of a sharp lens at working size
-  const auto fine = fit_subpixel(light, coarse.ellipse, edge.bright, blur_px, reach, most_strips);
+  const double blur_px = 0.8 * factor * edge.reduction;  // of a sharp lens at the size where it was found
+  const auto fine =
+      fit_subpixel(light.weighted(edge.weights), coarse.ellipse, edge.bright, blur_px, reach, most_strips);
   // it must be the same edge
-  const double margin_px = std::max(1.5, 0.05 * edge.ellipse.b_px) * factor;
+  const double margin_px = std::max(1.5 * edge.reduction, 0.05 * edge.ellipse.b_px) * factor;
   const bool same = fine && std::abs(fine->fit.ellipse.a_px - coarse.ellipse.a_px) < margin_px &&
                     std::abs(fine->fit.ellipse.b_px - coarse.ellipse.b_px) < margin_px &&
                     std::hypot(fine->fit.ellipse.u_px - coarse.ellipse.u_px,
@@ -123,12 +142,35 @@ double mismatch(const Ellipse& e, const Ellipse& expected) {
 
 }  // namespace
 
-std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
-                                         const LightCurve& curve) {
-  return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), settings, curve);
+std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
+                                                      const DetectorSettings& settings) {
+  compute_gradient(image, field);
+  thresholds = edge_thresholds(field);
+  linker.link(field, thresholds, min_chain_length, chains);
+  const FitFrame frame = fit_frame(image.size());
+  splitter.split(field, chains, frame, arcs);
+  EllipseSearch search(field, thresholds, frame, settings);
+  std::vector<EllipseEdge> edges = search.search(arcs);
+  add_outer_edges(edges, field, thresholds, search, settings.min_ring_ratio);
+  return edges;
 }
 
-std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduction,
+void ArcMethod::add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
+                                 std::vector<EllipseEdge>& edges) {
+  colours_.compute(bgr);
+  for (std::size_t k = 0; k < colours_.planes.size(); ++k) {
+    for (EllipseEdge& edge : colour_.find_edges(colours_.planes[k], settings))
+      edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
+  }
+}
+
+std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
+                                         const LightCurve& curve) {
+  return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), Colour::used, settings,
+                        curve);
+}
+
+std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduction, Colour colour,
                                                  const DetectorSettings& settings, const LightCurve& curve) {
   const cv::Size size = image.size() / reduction;
   if (size.empty()) return {};
@@ -136,16 +178,12 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
     // what is left over at the right and lower border makes no whole pixel
     cv::resize(image(cv::Rect({0, 0}, size * reduction)), small_, size, 0, 0, cv::INTER_AREA);
   }
-  compute_gradient(reduction > 1 ? small_ : image, field_);
-  const EdgeThresholds thresholds = edge_thresholds(field_);
-  linker_.link(field_, thresholds, min_chain_length, chains_);
-  const FitFrame frame = fit_frame(size);
-  splitter_.split(field_, chains_, frame, arcs_);
-  EllipseSearch search(field_, thresholds, frame, settings);
-  std::vector<EllipseEdge> edges = search.search(arcs_);
-  add_outer_edges(edges, field_, thresholds, search, settings.min_ring_ratio);
+  const cv::Mat& working = reduction > 1 ? small_ : image;
+  std::vector<EllipseEdge> edges = light_.find_edges(working, settings);
+  const bool has_colour = image.channels() == 3 && size.width > 1 && size.height > 1;
+  if (colour == Colour::used && has_colour) add_colour_edges(working, settings, edges);
   const std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
-  const std::vector<MarkMeaning> meanings = find_meanings(marks, field_, thresholds);
+  const std::vector<MarkMeaning> meanings = find_meanings(marks, light_.field, light_.thresholds);
   const LightImage light(image, curve);
   std::vector<Detection> found;
   for (std::size_t k = 0; k < marks.size(); ++k) {
@@ -157,16 +195,15 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
   return found;
 }
 
-std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Ellipse& expected,
-                                                const DetectorSettings& settings, const LightCurve& curve) {
-  const cv::Rect region = neighbourhood(expected, image.size());
-  if (region.width < 16 || region.height < 16) return std::nullopt;
+std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::Rect& region,
+                                               const Ellipse& expected, Colour colour,
+                                               const DetectorSettings& settings, const LightCurve& curve) {
   // the size at which an ellipse is found with the fewest pixels
-  constexpr int least_semi_minor_px = 14;
+  const int least_semi_minor_px = colour == Colour::used ? 14 * ColourPlanes::reduction : 14;
   const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
   std::optional<Detection> nearest;
   double least = most_mismatch;
-  for (Detection& d : detect_reduced(image(region), reduction, settings, curve)) {
+  for (Detection& d : detect_reduced(image(region), reduction, colour, settings, curve)) {
     for (EllipseFit* fit : {&d.outer, d.inner ? &*d.inner : nullptr}) {
       if (!fit) continue;
       fit->ellipse.u_px += region.x;
@@ -175,6 +212,16 @@ std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Elli
     const double m = mismatch(d.outer.ellipse, expected);
     if (m < least) least = m, nearest = std::move(d);
   }
+  return nearest;
+}
+
+std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Ellipse& expected,
+                                                const DetectorSettings& settings, const LightCurve& curve) {
+  const cv::Rect region = neighbourhood(expected, image.size());
+  if (region.width < 16 || region.height < 16) return std::nullopt;
+  auto nearest = nearest_in(image, region, expected, Colour::unused, settings, curve);
+  if (!nearest && image.channels() == 3)
+    nearest = nearest_in(image, region, expected, Colour::used, settings, curve);
   return nearest;
 }
 

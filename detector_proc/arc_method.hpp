@@ -6,8 +6,11 @@
 #include <vector>
 
 #include "detector_proc/arcs.hpp"
+#include "detector_proc/colour_planes.hpp"
 #include "detector_proc/detector_settings.hpp"
 #include "detector_proc/edge_chains.hpp"
+#include "detector_proc/edge_thresholds.hpp"
+#include "detector_proc/ellipse_search.hpp"
 #include "detector_proc/gradient_field.hpp"
 #include "detector_proc/light_image.hpp"
 #include "geometry/detection.hpp"
@@ -26,14 +29,30 @@ class ArcMethod {
                                        const DetectorSettings& settings, const LightCurve& curve);
 
  private:
-  std::vector<Detection> detect_reduced(const cv::Mat& image, int reduction, const DetectorSettings& settings,
-                                        const LightCurve& curve);
+  enum class Colour { unused, used };
 
-  GradientField field_;
-  EdgeLinker linker_;
-  EdgeChains chains_;
-  ArcSplitter splitter_;
-  Arcs arcs_;
+  /// What is computed of one plane of a frame: its light, or a colour.
+  struct Plane {
+    GradientField field;
+    EdgeThresholds thresholds;
+    EdgeLinker linker;
+    EdgeChains chains;
+    ArcSplitter splitter;
+    Arcs arcs;
+
+    std::vector<EllipseEdge> find_edges(const cv::Mat& image, const DetectorSettings& settings);
+  };
+
+  std::vector<Detection> detect_reduced(const cv::Mat& image, int reduction, Colour colour,
+                                        const DetectorSettings& settings, const LightCurve& curve);
+  void add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
+                        std::vector<EllipseEdge>& edges);
+  std::optional<Detection> nearest_in(const cv::Mat& image, const cv::Rect& region, const Ellipse& expected,
+                                      Colour colour, const DetectorSettings& settings,
+                                      const LightCurve& curve);
+
+  Plane light_, colour_;
+  ColourPlanes colours_;
   cv::Mat small_;
 };
 

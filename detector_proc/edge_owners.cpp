@@ -30,7 +30,9 @@ std::vector<EllipseEdge> settle_owners(std::vector<EllipseEdge> edges) {
   std::vector<EllipseEdge> kept;
   for (EllipseEdge& edge : edges) {
     const bool borrowed = std::any_of(kept.begin(), kept.end(), [&](const EllipseEdge& owner) {
-      return owner.bright == edge.bright && share_of(edge, owner) > most_shared;
+      // which side is the bright one differs from plane to plane
+      const bool alike = owner.bright == edge.bright || owner.weights != edge.weights;
+      return alike && share_of(edge, owner) > most_shared;
     });
     if (!borrowed) kept.push_back(std::move(edge));
   }

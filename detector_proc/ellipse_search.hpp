@@ -9,6 +9,7 @@
 #include "detector_proc/detector_settings.hpp"
 #include "detector_proc/edge_support.hpp"
 #include "detector_proc/edge_thresholds.hpp"
+#include "detector_proc/light_image.hpp"
 
 namespace stevedore {
 
@@ -18,7 +19,9 @@ struct EllipseEdge {
   Bright bright = Bright::within;
   EdgeSupport support;
   double evidence = 0;
-  double open_px = 0;  ///< deviation of the edge where the fit leaves it open most
+  double open_px = 0;    ///< deviation of the edge where the fit leaves it open most
+  LightWeights weights;  ///< of the plane in which it was found
+  int reduction = 1;     ///< of that plane
 };
 
 /// What two arcs are asked first: an ellipse through an arc lies beyond its chord and on the inner side of

@@ -19,16 +19,26 @@ inline const LightCurve& linear_curve() {
   return curve;
 }
 
-/// Luminance of single pixels of a gray8 or bgr8 image (weights of Rec. 601, on light).
+/// What of blue, green and red counts. An edge that colour alone shows is measured on what shows it.
+struct LightWeights {
+  float blue = 0.114F, green = 0.587F, red = 0.299F;  ///< luminance, Rec. 601
+
+  bool operator==(const LightWeights&) const = default;
+};
+
+/// Weighted light of single pixels of a gray8 or bgr8 image; a gray8 image's light has no colour.
 class LightImage {
  public:
-  LightImage(const cv::Mat& image, const LightCurve& curve) : image_(image), curve_(curve) {}
+  LightImage(const cv::Mat& image, const LightCurve& curve, const LightWeights& weights = {})
+      : image_(image), curve_(curve), weights_(weights) {}
+
+  [[nodiscard]] LightImage weighted(const LightWeights& weights) const { return {image_, curve_, weights}; }
 
   [[nodiscard]] float operator()(int u, int v) const {
     const uchar* row = image_.ptr(v);
     if (image_.channels() == 1) return curve_[row[u]];
     const uchar* p = row + 3 * static_cast<std::ptrdiff_t>(u);
-    return 0.114F * curve_[p[0]] + 0.587F * curve_[p[1]] + 0.299F * curve_[p[2]];
+    return weights_.blue * curve_[p[0]] + weights_.green * curve_[p[1]] + weights_.red * curve_[p[2]];
   }
 
   [[nodiscard]] int width() const { return image_.cols; }
@@ -37,6 +47,7 @@ class LightImage {
  private:
   const cv::Mat& image_;
   const LightCurve& curve_;
+  LightWeights weights_;
 };
 
 }  // namespace stevedore
