@@ -11,7 +11,7 @@ using namespace stevedore;
 namespace {
 
 const Pinhole camera{640, 480, 337, 337, 319.5, 239.5};
-const Surroundings level{Gravity{Eigen::Vector3d(0.1, -0.05, 1).normalized(), 0.01}, {}};
+const PoseContext level{Gravity{Eigen::Vector3d(0.1, -0.05, 1).normalized(), 0.01}, {}};
 
 EllipseFit fit_of(const Ellipse& ellipse) {
   EllipseFit fit{ellipse, EllipseCovariance::Zero()};

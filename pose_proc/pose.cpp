@@ -19,8 +19,8 @@ struct Solving {
 };
 
 std::optional<Solving> solve_alone(const MarkImage& mark, double radius_m, const Pinhole& camera,
-                                   const Surroundings& surroundings, const PoseSettings& settings) {
-  const ExpectedNormal expected = expected_normal(surroundings.gravity, settings);
+                                   const PoseContext& context, const PoseSettings& settings) {
+  const ExpectedNormal expected = expected_normal(context.gravity, settings);
   const auto pair = conic_pose(mark.outer, camera, radius_m, expected);
   if (!pair) return std::nullopt;
   Solving solving{*pair, {}, 0, 0, {}};
@@ -30,7 +30,7 @@ std::optional<Solving> solve_alone(const MarkImage& mark, double radius_m, const
       solving.ring_log_odds = ring->log_odds;
       solving.inner = edge_image(*mark.inner, camera);
     }
-  if (surroundings.beam) solving.beam_log_odds = beam_log_odds(solving.pair.solutions, *surroundings.beam);
+  if (context.beam) solving.beam_log_odds = beam_log_odds(solving.pair.solutions, *context.beam);
   solving.odds.now =
       std::log(pair->likelihood[0] / pair->likelihood[1]) + solving.ring_log_odds + solving.beam_log_odds;
   if (mark.previous) {
@@ -86,16 +86,16 @@ std::vector<CirclePose> with_radii(const std::vector<MarkImage>& marks, const Po
 }
 
 void solve_by_conic(std::vector<CirclePose>& poses, const std::vector<MarkImage>& marks,
-                    const Pinhole& camera, const Surroundings& surroundings, const PoseSettings& settings) {
+                    const Pinhole& camera, const PoseContext& context, const PoseSettings& settings) {
   std::vector<std::optional<Solving>> solving(marks.size());
   for (std::size_t i = 0; i < marks.size(); ++i)
     if (poses[i].radius_m > 0)
-      solving[i] = solve_alone(marks[i], poses[i].radius_m, camera, surroundings, settings);
+      solving[i] = solve_alone(marks[i], poses[i].radius_m, camera, context, settings);
   const auto deck_of = solve_decks(marks, solving, settings.circle_radius_m, camera,
-                                   expected_normal(surroundings.gravity, settings));
+                                   expected_normal(context.gravity, settings));
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (!solving[i]) continue;
-    choose(poses[i], *solving[i], surroundings.gravity.has_value());
+    choose(poses[i], *solving[i], context.gravity.has_value());
     poses[i].deck = deck_of[i];
   }
 }
@@ -132,13 +132,13 @@ std::optional<double> radius_of(Label label, const PoseSettings& settings) {
 }
 
 std::vector<CirclePose> estimate_poses(const std::vector<MarkImage>& marks, const Pinhole& camera,
-                                       const Surroundings& surroundings, const PoseSettings& settings) {
+                                       const PoseContext& context, const PoseSettings& settings) {
   std::vector<CirclePose> poses = with_radii(marks, settings);
   if (settings.method == "four_point") {
     for (std::size_t i = 0; i < marks.size(); ++i)
       if (poses[i].radius_m > 0) solve_by_four_points(poses[i], marks[i].outer, camera);
   } else {
-    solve_by_conic(poses, marks, camera, surroundings, settings);
+    solve_by_conic(poses, marks, camera, context, settings);
   }
   for (CirclePose& pose : poses) {
     if (pose.solutions.empty() && pose.reason == NoPose::none) pose.reason = NoPose::not_solvable;
@@ -148,9 +148,9 @@ std::vector<CirclePose> estimate_poses(const std::vector<MarkImage>& marks, cons
   return poses;
 }
 
-CirclePose estimate_pose(const MarkImage& mark, const Pinhole& camera, const Surroundings& surroundings,
+CirclePose estimate_pose(const MarkImage& mark, const Pinhole& camera, const PoseContext& context,
                          const PoseSettings& settings) {
-  return estimate_poses({mark}, camera, surroundings, settings).front();
+  return estimate_poses({mark}, camera, context, settings).front();
 }
 
 }  // namespace stevedore

@@ -46,10 +46,10 @@ std::optional<double> radius_of(Label label, const PoseSettings& settings);
 /// The poses of all marks of one frame, in their order. Painted circles that agree on a plane share it: their
 /// centres and normals are then those of the joint fit, whose error they have in common.
 std::vector<CirclePose> estimate_poses(const std::vector<MarkImage>& marks, const Pinhole& camera,
-                                       const Surroundings& surroundings, const PoseSettings& settings);
+                                       const PoseContext& context, const PoseSettings& settings);
 
 /// One mark by itself.
-CirclePose estimate_pose(const MarkImage& mark, const Pinhole& camera, const Surroundings& surroundings,
+CirclePose estimate_pose(const MarkImage& mark, const Pinhole& camera, const PoseContext& context,
                          const PoseSettings& settings);
 
 }  // namespace stevedore

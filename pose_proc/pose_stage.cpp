@@ -163,7 +163,7 @@ std::vector<CirclePose> PoseStage::estimates_of(const tracks_t& tracks,
     marks.push_back(
         {detection.outer, inner, detection.label, previous_of(track.id, utime, world_from_camera)});
   }
-  Surroundings surroundings;
+  PoseContext surroundings;
   if (attitude) {
     surroundings.gravity = attitude->gravity();
     surroundings.beam = beam_at(utime, *attitude);

@@ -33,7 +33,7 @@ struct BeamRange {
 };
 
 /// What is known besides the image.
-struct Surroundings {
+struct PoseContext {
   std::optional<Gravity> gravity;
   std::optional<BeamRange> beam;
 };

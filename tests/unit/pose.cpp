@@ -97,7 +97,7 @@ TEST_CASE("gravity and the previous choice reach the decision") {
   REQUIRE(free.solutions.size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
     const Eigen::Vector3d wanted = free.solutions[i].circle.normal_camera;
-    const Surroundings level{Gravity{-wanted, 0}, {}};
+    const PoseContext level{Gravity{-wanted, 0}, {}};
     const CirclePose by_gravity = estimate_pose(mark(fit, Label::circle), camera, level, {});
     CHECK(by_gravity.chosen_by == ChosenBy::attitude);
     CHECK(by_gravity.solutions[0].circle.normal_camera == wanted);

@@ -109,7 +109,7 @@ TEST_CASE("the picture's shift: to a few pixels, and nothing where the two are d
 }
 
 TEST_CASE(
-    "surroundings: the same ground elsewhere, larger and foreshortened; not another; nothing on even "
+    "surroundings: the same ground elsewhere, larger and foreshortened, not another, nothing on even "
     "ground") {
   const cv::Mat image = texture(5);
   const Ellipse e{300, 240, 60, 60, 0};
