@@ -376,6 +376,7 @@ TEST_CASE("mission stage: a gimbal that is not level is told at once, and when i
     bus.deliver(channels::gimbal_level, level);
     bus.deliver(channels::poses, poses_of(k, 5));
   }
-  for (const emergency_t& e : bus.published_on(channels::mission).back().emergencies)
+  const auto later = bus.published_on(channels::mission).back();
+  for (const emergency_t& e : later.emergencies)
     CHECK(e.kind != emergency_t::KIND_GIMBAL_NOT_LEVEL);
 }
