@@ -61,8 +61,9 @@ EdgePoint edge_point(const GradientField& field, int pixel) {
           ? std::clamp(0.5F * static_cast<float>(behind - before) / static_cast<float>(curvature), -1.F, 1.F)
           : 0;
   const float length = std::sqrt(gu * gu + gv * gv);
-  return {static_cast<float>(pixel % width) + (along_u ? offset : 0),
-          static_cast<float>(pixel / width) + (along_u ? 0 : offset), gv / length, -gu / length};
+  const int u_px = pixel % width, v_px = pixel / width;
+  return {static_cast<float>(u_px) + (along_u ? offset : 0),
+          static_cast<float>(v_px) + (along_u ? 0 : offset), gv / length, -gu / length};
 }
 
 }  // namespace

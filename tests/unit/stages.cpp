@@ -377,6 +377,5 @@ TEST_CASE("mission stage: a gimbal that is not level is told at once, and when i
     bus.deliver(channels::poses, poses_of(k, 5));
   }
   const auto later = bus.published_on(channels::mission).back();
-  for (const emergency_t& e : later.emergencies)
-    CHECK(e.kind != emergency_t::KIND_GIMBAL_NOT_LEVEL);
+  for (const emergency_t& e : later.emergencies) CHECK(e.kind != emergency_t::KIND_GIMBAL_NOT_LEVEL);
 }
