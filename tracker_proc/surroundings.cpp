@@ -56,8 +56,11 @@ bool is_usable(const cv::Mat& image) {
   return !image.empty() && (image.type() == CV_8UC1 || image.type() == CV_8UC3);
 }
 
-int known_cells(const cv::Mat& cells) {
-  return cv::countNonZero(cells == cells);
+/// The cells whose grey level is known, i.e. no NaN: only a NaN differs from itself.
+cv::Mat known(const cv::Mat& cells) {
+  cv::Mat mask;
+  cv::compare(cells, cells, mask, cv::CMP_EQ);
+  return mask;
 }
 
 }  // namespace
@@ -65,13 +68,14 @@ int known_cells(const cv::Mat& cells) {
 void Surroundings::learn(const cv::Mat& image, const Ellipse& target) {
   if (!is_usable(image)) return;
   cv::Mat cells = cells_around(image, target);
-  if (cells_.empty() || known_cells(cells) >= kLeastShare * kCells * kCells) cells_ = std::move(cells);
+  if (cells_.empty() || cv::countNonZero(known(cells)) >= kLeastShare * kCells * kCells)
+    cells_ = std::move(cells);
 }
 
 std::optional<double> Surroundings::correlation(const cv::Mat& image, const Ellipse& around) const {
   if (!is_usable(image) || cells_.empty()) return std::nullopt;
   const cv::Mat now = cells_around(image, around);
-  const cv::Mat both = (cells_ == cells_) & (now == now);
+  const cv::Mat both = known(cells_) & known(now);
   if (cv::countNonZero(both) < kLeastShare * kCells * kCells) return std::nullopt;
   cv::Scalar mean_1, mean_2, scatter_1, scatter_2;
   cv::meanStdDev(cells_, mean_1, scatter_1, both);
