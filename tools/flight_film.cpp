@@ -18,6 +18,13 @@ Json json_of(const Eigen::Quaterniond& q) {
   return Json::array({q.w(), q.x(), q.y(), q.z()});
 }
 
+Json json_of(const world::Rigid& platform) {
+  return {{"position_ned", json_of(platform.position_ned_m)},
+          {"velocity_ned", json_of(platform.velocity_ned_mps)},
+          {"ned_from_platform", json_of(platform.ned_from_local)},
+          {"angular_velocity_ned", json_of(platform.angular_velocity_ned_radps)}};
+}
+
 /// Of the camera over the plane of the platform whose circles are nearest.
 double height_over_nearest(const world::Truth& truth) {
   const world::CircleTruth* nearest = nullptr;
@@ -128,10 +135,13 @@ Json truth_of(const FilmFrame& frame, const std::string& image, const std::strin
   line["altimeter"] = json_of(frame.altimeter);
   line["hook"] = json_of(frame.hook);
   line["aircraft_ned"] = json_of(frame.truth.aircraft.position_ned_m);
+  line["velocity_ned"] = json_of(frame.truth.aircraft.velocity_ned_mps);
   line["ned_from_body"] = json_of(frame.truth.aircraft.ned_from_local);
   line["camera_ned"] = json_of(frame.truth.camera.position_ned_m);
   line["ned_from_camera"] = json_of(frame.truth.camera.ned_from_local);
   line["hook_ned"] = json_of(frame.truth.hook_ned_m);
+  line["platforms"] = Json::array();
+  for (std::size_t i = 0; i < 2; ++i) line["platforms"].push_back(json_of(frame.still.scene.decks[i].rigid));
   return line;
 }
 

@@ -46,8 +46,9 @@ class FlightFilm {
 };
 
 /// A line of truth.jsonl: that of a still (tools/still_truth.hpp) and, besides, time and stamp (s), the
-/// sensors' newest readings (vehicle, gimbal, altimeter, hook; null: none), and the true places of aircraft,
-/// camera and hook (NED, m; quaternions w, x, y, z).
+/// sensors' newest readings (vehicle, gimbal, altimeter, hook; null: none), and what is true of aircraft,
+/// camera, hook and the two platforms (NED, m, m/s, rad/s; quaternions w, x, y, z). A circle keeps its
+/// platform and slot from line to line: that is what identities are held against.
 nlohmann::ordered_json truth_of(const FilmFrame& frame, const std::string& image,
                                 const std::string& camera_file);
 

@@ -1,9 +1,18 @@
 #include "tools/flight_film.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "sim_proc/world/renderer.hpp"
 
 using namespace stevedore;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
 
 namespace {
 
@@ -16,6 +25,49 @@ world::WorldSettings settings(std::uint64_t seed) {
 
 nlohmann::ordered_json line_of(const FilmFrame& frame) {
   return truth_of(frame, "f.png", "camera.yaml");
+}
+
+Vector3d vector_of(const nlohmann::ordered_json& json) {
+  return {json[0].get<double>(), json[1].get<double>(), json[2].get<double>()};
+}
+
+Eigen::Quaterniond turn_of(const nlohmann::ordered_json& json) {
+  return {json[0].get<double>(), json[1].get<double>(), json[2].get<double>(), json[3].get<double>()};
+}
+
+/// Contrast across the outline, at this distance outwards, mean over its circumference.
+double contrast_at(const cv::Mat& levels, const Ellipse& outline, double outwards_px) {
+  constexpr int points = 180;
+  cv::Mat at(2, points, CV_32FC2), seen;
+  for (int i = 0; i < points; ++i) {
+    const double angle = 2 * std::numbers::pi * i / points;
+    const Vector2d along = point_at(outline, angle + 1e-4) - point_at(outline, angle - 1e-4);
+    const Vector2d outwards = Vector2d(along.y(), -along.x()).normalized();
+    for (int side = 0; side < 2; ++side) {
+      const Vector2d px = point_at(outline, angle) + (outwards_px + side - 0.5) * outwards;
+      at.at<cv::Vec2f>(side, i) = {static_cast<float>(px.x()), static_cast<float>(px.y())};
+    }
+  }
+  cv::remap(levels, seen, at, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::Mat steps;
+  cv::absdiff(seen.row(0), seen.row(1), steps);
+  const cv::Scalar mean = cv::mean(steps);
+  return mean[0] + mean[1] + mean[2];
+}
+
+/// Where, within 3 px, there is most contrast across the outline: outwards, px.
+double edge_off_px(const cv::Mat& picture, const Ellipse& outline) {
+  cv::Mat levels;
+  picture.convertTo(levels, CV_32F);
+  constexpr double step_px = 0.1;
+  double best_px = 0, most = 0;
+  for (double off_px = -3; off_px <= 3; off_px += step_px) {
+    const double contrast = contrast_at(levels, outline, off_px);
+    if (contrast <= most) continue;
+    most = contrast;
+    best_px = off_px;
+  }
+  return best_px;
 }
 
 }  // namespace
@@ -64,4 +116,61 @@ TEST_CASE("a film flies from the pad to over a platform, with the camera level a
   }
   CHECK(highest_m == Approx(12).margin(2));
   CHECK(over_platform);
+}
+
+TEST_CASE("films of one seed have the same pictures and lines, to the byte") {
+  FlightFilm a(settings(3), 5, 0), b(settings(3), 5, 0);
+  world::Renderer one(1), two(2);
+  for (int i = 0; i < 8; ++i) {
+    const FilmFrame frame_a = a.next(), frame_b = b.next();
+    CHECK(line_of(frame_a).dump() == line_of(frame_b).dump());
+    CHECK(cv::norm(one.render(frame_a.still.scene), two.render(frame_b.still.scene), cv::NORM_INF) == 0);
+  }
+}
+
+TEST_CASE("a film's camera, circles and platforms belong together: a circle stays where it is painted") {
+  FlightFilm film(settings(5), 2, 25);
+  std::map<std::pair<int, int>, Vector3d> painted_m;
+  int seen = 0;
+  for (int i = 0; i < 30; ++i) {
+    const auto line = line_of(film.next());
+    for (const char* list : {"ellipses", "hidden"})
+      for (const auto& circle : line.at(list)) {
+        const int deck = circle.at("platform");
+        if (deck > 1) continue;  // the pad is no platform
+        const auto& platform = line.at("platforms")[static_cast<size_t>(deck)];
+        const Vector3d center_ned_m = vector_of(line.at("camera_ned")) +
+                                      turn_of(line.at("ned_from_camera")) * vector_of(circle.at("center"));
+        const Vector3d on_deck_m = turn_of(platform.at("ned_from_platform")).conjugate() *
+                                   (center_ned_m - vector_of(platform.at("position_ned")));
+        const auto& first_m = painted_m.try_emplace({deck, circle.at("slot")}, on_deck_m).first->second;
+        CHECK((on_deck_m - first_m).norm() < 1e-9);
+        CHECK(std::abs(on_deck_m.z()) < 1e-9);
+        ++seen;
+      }
+  }
+  CHECK(painted_m.size() >= 4);
+  CHECK(seen > 30);
+}
+
+TEST_CASE("in a film's pictures the edges are where its truth says") {
+  world::WorldSettings large = settings(3);
+  large.camera.given = large.camera.rectified = {640, 480, 337, 337, 319.5, 239.5};
+  FlightFilm film(large, 1, 97);  // a descent
+  world::Renderer renderer(2);
+  int outlines = 0;
+  for (int i = 0; i < 10; ++i) {
+    FilmFrame frame = film.next();
+    frame.still.scene.eye.noise_levels = 0;
+    const cv::Mat picture = renderer.render(frame.still.scene);
+    const auto line = line_of(frame);
+    for (const auto& e : line.at("ellipses")) {
+      if (e.at("whole") == false || e.at("b") < 15) continue;
+      ++outlines;
+      INFO("frame " << i << ": " << e.dump());
+      CHECK(std::abs(edge_off_px(picture, {e.at("u"), e.at("v"), e.at("a"), e.at("b"), e.at("alpha")})) <
+            0.25);
+    }
+  }
+  CHECK(outlines >= 20);
 }
