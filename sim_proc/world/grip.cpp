@@ -11,19 +11,17 @@ std::optional<double> Grip::step(int handle, const HookMiss& miss, double step_s
   if (share > 1 || handle != handle_) {
     handle_ = handle;
     held_s_ = 0;
-    worst_share_ = 0;
     if (share > 1) return std::nullopt;
   }
   held_s_ += step_s;
-  worst_share_ = std::max(worst_share_, share);
   if (held_s_ < hold_s - step_s / 2) return std::nullopt;
   held_s_ = 0;
-  return worst_share_;
+  return share;
 }
 
 /// None up to 0.8 of the limits, then rising to one half at the limits themselves.
-double Grip::chance_to_slip(double worst_share) {
-  return 0.5 * std::clamp((worst_share - 0.8) / 0.2, 0.0, 1.0);
+double Grip::chance_to_slip(double share_of_limits) {
+  return 0.5 * std::clamp((share_of_limits - 0.8) / 0.2, 0.0, 1.0);
 }
 
 }  // namespace stevedore::world

@@ -59,17 +59,17 @@ void Sling::reach_for(const std::vector<Cargo>& cargoes, double step_s) {
   const Cargo& cargo = cargoes[static_cast<std::size_t>(nearest)];
   const Eigen::Vector3d apex_m = cargo.handle_apex_ned_m(), miss_m = hook_ned_m_ - apex_m;
   const double speed_mps = (rope_.velocity_ned_mps() - cargo.bucket().rigid.velocity_at(apex_m)).norm();
-  const auto worst_share = grip_.step(nearest, {miss_m.head<2>().norm(), miss_m.z(), speed_mps}, step_s);
-  if (worst_share) take(nearest, *worst_share, miss_m.norm());
+  const auto share_of_limits = grip_.step(nearest, {miss_m.head<2>().norm(), miss_m.z(), speed_mps}, step_s);
+  if (share_of_limits) take(nearest, *share_of_limits, miss_m.norm());
 }
 
-void Sling::take(int index, double worst_share, double missing_m) {
+void Sling::take(int index, double share_of_limits, double missing_m) {
   closed_ = true;
   carried_ = index;
   missing_m_ = missing_m;
   hung_s_ = 0;
   slips_after_s_.reset();
-  if (dice_.chance(Grip::chance_to_slip(worst_share))) slips_after_s_ = dice_.uniform(3, 15);
+  if (dice_.chance(Grip::chance_to_slip(share_of_limits))) slips_after_s_ = dice_.uniform(3, 15);
 }
 
 /// Standing, its rope slack, until the rope is taut; then hanging until it touches.

@@ -46,7 +46,7 @@ class Sling {
   void swing_empty(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps,
                    const Floor& floor, double step_s);
   void reach_for(const std::vector<Cargo>& cargoes, double step_s);
-  void take(int index, double worst_share, double missing_m);
+  void take(int index, double share_of_limits, double missing_m);
   void lose(Cargo& cargo);
 
   Dice dice_;
