@@ -4,29 +4,31 @@
 
 namespace stevedore::world {
 
-Rope::Rope(const Eigen::Vector3d& anchor_ned_m, double length_m)
+Rope::Rope(const Eigen::Vector3d& anchor_ned_m, const Load& load)
     : anchor_ned_m_(anchor_ned_m),
-      length_m_(length_m),
-      weight_ned_m_(anchor_ned_m + Eigen::Vector3d(0, 0, length_m)) {}
+      load_(load),
+      weight_ned_m_(anchor_ned_m + Eigen::Vector3d(0, 0, load.length_m)) {}
 
 void Rope::carry(const Eigen::Vector3d& weight_ned_m, const Eigen::Vector3d& velocity_ned_mps,
-                 double length_m) {
+                 const Load& load) {
   weight_ned_m_ = weight_ned_m;
   velocity_ned_mps_ = velocity_ned_mps;
-  length_m_ = length_m;
+  load_ = load;
 }
 
 /// Free flight, then back to the rope's length (position based dynamics, Mueller et al. 2007): the way back
 /// is what the rope's pull has done in the step.
 void Rope::step(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps, double step_s) {
+  const Eigen::Vector3d anchor_mps = (anchor_ned_m - anchor_ned_m_) / step_s;
   anchor_ned_m_ = anchor_ned_m;
-  const Eigen::Vector3d fall_mps2 =
-      gravity_mps2 * Eigen::Vector3d::UnitZ() + drag_per_s * (wind_ned_mps - velocity_ned_mps_);
+  const Eigen::Vector3d fall_mps2 = gravity_mps2 * Eigen::Vector3d::UnitZ() +
+                                    load_.drag_per_s * (wind_ned_mps - velocity_ned_mps_) +
+                                    friction_per_s * (anchor_mps - velocity_ned_mps_);
   const Eigen::Vector3d free_m = weight_ned_m_ + (velocity_ned_mps_ + fall_mps2 * step_s) * step_s;
   const Eigen::Vector3d line_m = free_m - anchor_ned_m;
-  const double stretch_m = line_m.norm() - length_m_;
+  const double stretch_m = line_m.norm() - load_.length_m;
   const Eigen::Vector3d held_m =
-      stretch_m > 0 ? Eigen::Vector3d(anchor_ned_m + length_m_ * line_m.normalized()) : free_m;
+      stretch_m > 0 ? Eigen::Vector3d(anchor_ned_m + load_.length_m * line_m.normalized()) : free_m;
   pull_mps2_ = stretch_m > 0 ? stretch_m / (step_s * step_s) : 0;
   velocity_ned_mps_ = (held_m - weight_ned_m_) / step_s;
   weight_ned_m_ = held_m;

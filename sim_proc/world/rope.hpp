@@ -7,17 +7,23 @@
 
 namespace stevedore::world {
 
-/// The rope is weightless and does not stretch; it can go slack. The weight is a point.
+/// What hangs on it, as a point. drag_per_s: force of the air over mass and speed.
+struct Load {
+  double length_m = 0;  ///< from where the rope begins
+  double drag_per_s = 0;
+};
+
+/// The rope is weightless and does not stretch; it can go slack.
 class Rope {
  public:
-  /// Of the weight's speed through the air, a second: a bucket of 0.1 m2 at a few m/s.
-  static constexpr double drag_per_s = 0.15;
+  /// What rope and swivel take of a swing's speed, a second: a few per cent of each swing.
+  static constexpr double friction_per_s = 0.1;
 
-  Rope(const Eigen::Vector3d& anchor_ned_m, double length_m);
+  Rope(const Eigen::Vector3d& anchor_ned_m, const Load& load);
 
-  /// Another weight at another distance along the line, which goes on from this state.
-  void carry(const Eigen::Vector3d& weight_ned_m, const Eigen::Vector3d& velocity_ned_mps, double length_m);
-  void lengthen_to(double length_m) { length_m_ = length_m; }
+  /// Another load, which goes on from this state.
+  void carry(const Eigen::Vector3d& weight_ned_m, const Eigen::Vector3d& velocity_ned_mps, const Load& load);
+  void lengthen_to(double length_m) { load_.length_m = length_m; }
   void step(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps, double step_s);
   /// What lies on the floor goes with the floor.
   void rest_on(const Floor& floor);
@@ -29,7 +35,7 @@ class Rope {
 
  private:
   Eigen::Vector3d anchor_ned_m_;
-  double length_m_;
+  Load load_;
   Eigen::Vector3d weight_ned_m_;
   Eigen::Vector3d velocity_ned_mps_ = Eigen::Vector3d::Zero();
   double pull_mps2_ = 0;

@@ -8,7 +8,10 @@
 namespace stevedore::world {
 
 Sling::Sling(std::uint64_t seed, const Eigen::Vector3d& anchor_ned_m, double rope_m)
-    : dice_(seed, "sling"), rope_(anchor_ned_m, rope_m), rope_m_(rope_m), hook_ned_m_(rope_.weight_ned_m()) {}
+    : dice_(seed, "sling"),
+      rope_(anchor_ned_m, {rope_m, hook_drag_per_s}),
+      rope_m_(rope_m),
+      hook_ned_m_(rope_.weight_ned_m()) {}
 
 void Sling::step(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps, const Floor& floor,
                  std::vector<Cargo>& cargoes, double step_s) {
@@ -36,7 +39,7 @@ void Sling::lose(Cargo& cargo) {
   const Eigen::Vector3d velocity_mps = cargo.bucket().rigid.velocity_at(hook_ned_m_);
   cargo.let_go();
   carried_ = -1;
-  rope_.carry(hook_ned_m_, velocity_mps, rope_m_);
+  rope_.carry(hook_ned_m_, velocity_mps, {rope_m_, hook_drag_per_s});
 }
 
 void Sling::swing_empty(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps,
@@ -97,7 +100,8 @@ void Sling::lift(const Eigen::Vector3d& anchor_ned_m, Cargo& cargo, double step_
   const Eigen::Vector3d up_ned = (anchor_ned_m - hook_ned_m_).normalized();
   const double length_m = rope_m_ + missing_m_ + cargo.drop_of_center_m();
   const Eigen::Vector3d center_m = anchor_ned_m - length_m * up_ned;
-  rope_.carry(center_m, cargo.bucket().rigid.velocity_at(cargo.center_of_mass_ned_m()), length_m);
+  rope_.carry(center_m, cargo.bucket().rigid.velocity_at(cargo.center_of_mass_ned_m()),
+              {length_m, bucket_drag_per_s});
   cargo.hang(center_m, rope_.velocity_ned_mps(), up_ned, step_s);
   hung_s_ = 0;
 }

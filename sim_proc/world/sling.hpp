@@ -27,6 +27,9 @@ class Sling {
   /// A handle that is taken from some centimetres above is drawn up to the hook at this speed.
   static constexpr double draw_up_mps = 0.1;
 
+  /// Half a kilogram of hook with 50 cm2 to the wind; 1.5 kg of bucket with 900 cm2: at about 5 m/s.
+  static constexpr double hook_drag_per_s = 0.03, bucket_drag_per_s = 0.15;
+
   Sling(std::uint64_t seed, const Eigen::Vector3d& anchor_ned_m, double rope_m);
 
   void command(bool close) { close_ = close; }

@@ -12,6 +12,7 @@ using namespace stevedore::world;
 
 namespace {
 
+constexpr Load bucket{0.8, 0.15};
 constexpr double step_s = 0.005, pi = std::numbers::pi;
 const Eigen::Vector3d calm = Eigen::Vector3d::Zero();
 
@@ -49,8 +50,8 @@ struct Scene1 {
 }  // namespace
 
 TEST_CASE("a rope of 0.8 m swings with the period of a pendulum and calms down slowly") {
-  Rope rope({0, 0, -3}, 0.8);
-  rope.carry({0.8 * std::sin(0.1), 0, -3 + 0.8 * std::cos(0.1)}, calm, 0.8);
+  Rope rope({0, 0, -3}, bucket);
+  rope.carry({0.8 * std::sin(0.1), 0, -3 + 0.8 * std::cos(0.1)}, calm, bucket);
   double before_m = 1, last_s = 0, most_m = 0;
   std::vector<double> periods_s;
   for (int i = 1; i < 4000; ++i) {
@@ -73,7 +74,7 @@ TEST_CASE("a rope of 0.8 m swings with the period of a pendulum and calms down s
 }
 
 TEST_CASE("the rope pulls with weight, with more when lifted, with nothing when slack, and wind leans it") {
-  Rope rope({0, 0, -3}, 0.8);
+  Rope rope({0, 0, -3}, bucket);
   for (int i = 0; i < 200; ++i) rope.step({0, 0, -3}, calm, step_s);
   CHECK(rope.pull_mps2() == Approx(9.81));
   double down_m = -3, speed_mps = 0;
@@ -84,7 +85,7 @@ TEST_CASE("the rope pulls with weight, with more when lifted, with nothing when 
   CHECK(rope.pull_mps2() == Approx(9.81 + 2 + 0.15).epsilon(0.002));
   rope.step(rope.weight_ned_m() + Eigen::Vector3d(0, 0, -0.5), calm, step_s);
   CHECK(rope.pull_mps2() == 0);
-  Rope windy({0, 0, -3}, 0.8);
+  Rope windy({0, 0, -3}, bucket);
   for (int i = 0; i < 20000; ++i) windy.step({0, 0, -3}, {5, 0, 0}, step_s);
   CHECK(windy.weight_ned_m().x() / 0.8 == Approx(std::sin(std::atan(0.15 * 5 / 9.81))).epsilon(0.01));
 }
