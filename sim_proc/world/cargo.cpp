@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "sim_proc/world/gravity.hpp"
-#include "sim_proc/world/tip_over.hpp"
 
 namespace stevedore::world {
 namespace {
@@ -125,6 +124,18 @@ void Cargo::let_go() {
   if (state_ == State::hanging) state_ = State::falling;
 }
 
+Landing Cargo::landing_on(const Footing& on) const {
+  const Rigid& rigid = bucket_.rigid;
+  const Eigen::Vector3d center_m = center_of_mass_ned_m();
+  return land(bucket_, {on.up_ned(), Eigen::Vector3d::UnitZ(), axis_ned(),
+                        rigid.velocity_at(center_m) - on.rigid.velocity_at(center_m),
+                        rigid.angular_velocity_ned_radps - on.rigid.angular_velocity_ned_radps});
+}
+
+bool Cargo::would_stand(const Floor& floor) const {
+  return landing_on(footing(floor)).stands;
+}
+
 void Cargo::touch_down(const Floor& floor) {
   const Footing on = footing(floor);
   deck_ = on.deck;
@@ -136,9 +147,7 @@ void Cargo::touch_down(const Floor& floor) {
   const Eigen::Vector3d center_m = center_of_mass_ned_m();
   const Eigen::Vector3d velocity_mps = rigid.velocity_at(center_m) - on.rigid.velocity_at(center_m);
   const Eigen::Vector3d in_floor_mps = on.rigid.ned_from_local.conjugate() * velocity_mps;
-  const Landing landing =
-      land(bucket_, {on.up_ned(), Eigen::Vector3d::UnitZ(), axis_ned(), velocity_mps,
-                     rigid.angular_velocity_ned_radps - on.rigid.angular_velocity_ned_radps});
+  const Landing landing = landing_on(on);
   if (!tipped_ && landing.stands) {
     settle(on);
   } else {

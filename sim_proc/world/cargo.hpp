@@ -8,6 +8,7 @@
 
 #include "sim_proc/world/footing.hpp"
 #include "sim_proc/world/scene.hpp"
+#include "sim_proc/world/tip_over.hpp"
 
 namespace stevedore::world {
 
@@ -29,6 +30,8 @@ class Cargo {
   void hang(const Eigen::Vector3d& center_ned_m, const Eigen::Vector3d& velocity_ned_mps,
             const Eigen::Vector3d& up_ned, double step_s);
   void let_go();  ///< of one that hangs: it falls
+  /// Whether it would stay on its base if it were left to itself on the floor that it touches.
+  [[nodiscard]] bool would_stand(const Floor& floor) const;
   /// It touches the floor: it stands or lies, and State says which.
   void touch_down(const Floor& floor);
   /// Another one stood in the way: it falls to this side.
@@ -46,6 +49,7 @@ class Cargo {
   [[nodiscard]] Eigen::Vector3d handle_apex_ned_m() const;
   /// From the apex of its upright handle to its centre of mass.
   [[nodiscard]] double drop_of_center_m() const;
+  [[nodiscard]] Footing footing(const Floor& floor) const;  ///< what is below it
   /// Of its lowest point over what is below it; of one over water: infinite.
   [[nodiscard]] double clearance_m(const Floor& floor) const;
 
@@ -55,7 +59,7 @@ class Cargo {
   void fall(const Floor& floor, double step_s);
   void settle(const Footing& on);
   void lie_down(const Footing& on, const Eigen::Vector3d& towards_ned);
-  [[nodiscard]] Footing footing(const Floor& floor) const;
+  [[nodiscard]] Landing landing_on(const Footing& on) const;
   [[nodiscard]] Eigen::Vector3d lowest_ned_m(const Eigen::Vector3d& up_ned) const;
 
   Bucket bucket_;

@@ -1,5 +1,8 @@
 #include "sim_proc/world/rope.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "sim_proc/world/gravity.hpp"
 
 namespace stevedore::world {
@@ -41,6 +44,17 @@ void Rope::rest_on(const Floor& floor) {
   weight_ned_m_ -= height_m * below.up_ned();
   velocity_ned_mps_ = below.rigid.velocity_at(weight_ned_m_);
   pull_mps2_ = 0;
+}
+
+void Rope::drag_over(const Footing& on, double raised_m, double step_s) {
+  constexpr double friction_time_s = 0.2;  // of 1 m/s at half a g, about the friction of steel on paint
+  const Eigen::Vector3d up_ned = on.up_ned(), floor_mps = on.rigid.velocity_at(weight_ned_m_);
+  weight_ned_m_ += raised_m * up_ned;
+  const Eigen::Vector3d over_mps = velocity_ned_mps_ - floor_mps;
+  const double rising_mps = over_mps.dot(up_ned);
+  const Eigen::Vector3d sideways_mps = over_mps - rising_mps * up_ned;
+  velocity_ned_mps_ =
+      floor_mps + std::max(0.0, rising_mps) * up_ned + std::exp(-step_s / friction_time_s) * sideways_mps;
 }
 
 Eigen::Vector3d Rope::up_ned() const {

@@ -25,6 +25,8 @@ class Rope {
   void carry(const Eigen::Vector3d& weight_ned_m, const Eigen::Vector3d& velocity_ned_mps, const Load& load);
   void lengthen_to(double length_m) { load_.length_m = length_m; }
   void step(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps, double step_s);
+  /// What hangs touches the floor and drags over it: raised by so much, and slowed.
+  void drag_over(const Footing& on, double raised_m, double step_s);
   /// What lies on the floor goes with the floor.
   void rest_on(const Floor& floor);
 

@@ -91,9 +91,18 @@ void Sling::carry(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wi
   hook_ned_m_ = cargo.handle_apex_ned_m();
   load_n_ = Cargo::mass_kg * rope_.pull_mps2();
   hung_s_ += step_s;
-  if (hung_s_ > lift_off_s && cargo.clearance_m(floor) <= 0) cargo.touch_down(floor);
+  if (hung_s_ > lift_off_s && cargo.clearance_m(floor) <= 0) meet_the_floor(floor, cargo, step_s);
   const bool torn_out = cargo.state() == Cargo::State::lying || -rope_.up_ned().z() < slips_at_cosine;
   if (torn_out || (slips_after_s_ && hung_s_ > *slips_after_s_)) lose(cargo);
+}
+
+/// Held by its handle a bucket can't tip: it drags until it stands. With the rope slack it can.
+void Sling::meet_the_floor(const Floor& floor, Cargo& cargo, double step_s) {
+  if (rope_.pull_mps2() == 0 || cargo.would_stand(floor)) {
+    cargo.touch_down(floor);
+  } else {
+    rope_.drag_over(cargo.footing(floor), -cargo.clearance_m(floor), step_s);
+  }
 }
 
 void Sling::lift(const Eigen::Vector3d& anchor_ned_m, Cargo& cargo, double step_s) {

@@ -45,6 +45,7 @@ class Sling {
   void open(Cargo* cargo);
   void carry(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps, const Floor& floor,
              Cargo& cargo, double step_s);
+  void meet_the_floor(const Floor& floor, Cargo& cargo, double step_s);
   void lift(const Eigen::Vector3d& anchor_ned_m, Cargo& cargo, double step_s);
   void swing_empty(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps,
                    const Floor& floor, double step_s);
