@@ -79,6 +79,7 @@ void Sling::take(int index, double share_of_limits, double missing_m) {
 void Sling::carry(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps,
                   const Floor& floor, Cargo& cargo, double step_s) {
   load_n_ = 0;
+  if (cargo.state() == Cargo::State::lying) return lose(cargo);  // it was set down upon another
   missing_m_ = std::max(0.0, missing_m_ - draw_up_mps * step_s);
   if (cargo.state() == Cargo::State::standing) {
     hook_ned_m_ = cargo.handle_apex_ned_m();
@@ -91,17 +92,25 @@ void Sling::carry(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wi
   hook_ned_m_ = cargo.handle_apex_ned_m();
   load_n_ = Cargo::mass_kg * rope_.pull_mps2();
   hung_s_ += step_s;
-  if (hung_s_ > lift_off_s && cargo.clearance_m(floor) <= 0) meet_the_floor(floor, cargo, step_s);
+  if (cargo.clearance_m(floor) <= 0) meet_the_floor(anchor_ned_m, floor, cargo, step_s);
   const bool torn_out = cargo.state() == Cargo::State::lying || -rope_.up_ned().z() < slips_at_cosine;
   if (torn_out || (slips_after_s_ && hung_s_ > *slips_after_s_)) lose(cargo);
 }
 
-/// Held by its handle a bucket can't tip: it drags until it stands. With the rope slack it can.
-void Sling::meet_the_floor(const Floor& floor, Cargo& cargo, double step_s) {
-  if (rope_.pull_mps2() == 0 || cargo.would_stand(floor)) {
+/// Held by its handle a bucket drags until it stands; leaning so far that its weight is past its edge, it
+/// tips.
+void Sling::meet_the_floor(const Eigen::Vector3d& anchor_ned_m, const Floor& floor, Cargo& cargo,
+                           double step_s) {
+  const Bucket& bucket = cargo.bucket();
+  const Footing on = cargo.footing(floor);
+  const double edge_cosine = std::cos(std::atan2(bucket.base_radius_m, center_height_m(bucket)));
+  const bool past_the_edge = cargo.axis_ned().dot(on.up_ned()) < edge_cosine;
+  const bool being_lifted = hung_s_ < lift_off_s;
+  if (past_the_edge || (!being_lifted && cargo.would_stand(floor))) {
     cargo.touch_down(floor);
+    missing_m_ = std::max(0.0, (cargo.handle_apex_ned_m() - anchor_ned_m).norm() - rope_m_) + play_m;
   } else {
-    rope_.drag_over(cargo.footing(floor), -cargo.clearance_m(floor), step_s);
+    rope_.drag_over(on, -cargo.clearance_m(floor), step_s);
   }
 }
 

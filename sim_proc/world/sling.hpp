@@ -21,7 +21,9 @@ class Sling {
   /// A handle lifts out of the hook when the line swings further than this from upright: 45 deg, where the
   /// hook's throat opens towards the ground.
   static constexpr double slips_at_cosine = 0.7071;
-  /// A bucket that has just been lifted askew scrapes over the deck for so long before it is looked at again.
+  /// Of the handle in the hook: what was set down leaning has stood up before it is drawn up again.
+  static constexpr double play_m = 0.03;
+  /// A bucket that is lifted askew drags over the deck for so long before it may stand again.
   static constexpr double lift_off_s = 0.3;
 
   /// A handle that is taken from some centimetres above is drawn up to the hook at this speed.
@@ -45,7 +47,7 @@ class Sling {
   void open(Cargo* cargo);
   void carry(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps, const Floor& floor,
              Cargo& cargo, double step_s);
-  void meet_the_floor(const Floor& floor, Cargo& cargo, double step_s);
+  void meet_the_floor(const Eigen::Vector3d& anchor_ned_m, const Floor& floor, Cargo& cargo, double step_s);
   void lift(const Eigen::Vector3d& anchor_ned_m, Cargo& cargo, double step_s);
   void swing_empty(const Eigen::Vector3d& anchor_ned_m, const Eigen::Vector3d& wind_ned_mps,
                    const Floor& floor, double step_s);
@@ -61,7 +63,7 @@ class Sling {
   bool close_ = false;
   bool closed_ = false;
   int carried_ = -1;
-  double missing_m_ = 0;  ///< between hook and handle when it was taken, less what is drawn up
+  double missing_m_ = 0;  ///< between hook and handle when it was taken or set down, less what is drawn up
   double hung_s_ = 0;     ///< since it was lifted
   std::optional<double> slips_after_s_;
   double load_n_ = 0;

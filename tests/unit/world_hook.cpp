@@ -164,6 +164,33 @@ TEST_CASE("taken from above, the bucket is drawn up to the hook without a jump")
   CHECK((scene.anchor_m - before_m).norm() == Approx(0.8).epsilon(0.001));
 }
 
+TEST_CASE("lifted askew a bucket drags until the hook is over it, and neither tips nor sinks in") {
+  Scene1 scene({0, 0, 0.03});
+  scene.sling.command(true);
+  scene.run(0.4);
+  REQUIRE(scene.sling.carried() == 0);
+  scene.run(1, {0.3, 0, 0});  // the rope leans by 20 deg
+  for (int i = 0; i < 400; ++i) {
+    scene.run(step_s, {0, 0, -0.2});
+    CHECK(scene.cargoes[0].clearance_m(scene.floor) > -0.01);
+  }
+  CHECK(scene.sling.carried() == 0);
+  CHECK_FALSE(scene.cargoes[0].tipped());
+}
+
+TEST_CASE("set down upon another the bucket is toppled and out of the hook") {
+  Scene1 scene({0, 0, 0.03});
+  scene.sling.command(true);
+  scene.run(0.4);
+  scene.run(1, {0, 0, -0.5});
+  REQUIRE(scene.sling.carried() == 0);
+  scene.cargoes[0].topple(scene.floor, {1, 0, 0});
+  scene.run(0.1);
+  CHECK(scene.sling.carried() == -1);
+  CHECK(scene.sling.closed());
+  CHECK(scene.cargoes[0].state() == Cargo::State::lying);
+}
+
 TEST_CASE("never told to close, or out of reach, it takes nothing") {
   Scene1 idle;
   idle.run(3);
