@@ -1,10 +1,13 @@
 // Frames a second of the renderer alone, 640 x 480, with one thread and with two, for several views. Every
-// frame is of another seed of noise and a little further on, as in flight.
+// frame is of another seed of noise and a little further on, as in flight. And what a step of the world
+// costs, and its truth.
 #include <benchmark/benchmark.h>
 
 #include <string>
 
+#include "sim_proc/world/pilot.hpp"
 #include "sim_proc/world/renderer.hpp"
+#include "sim_proc/world/world.hpp"
 #include "tools/stills.hpp"
 
 using namespace stevedore;
@@ -45,6 +48,34 @@ void render_mix(benchmark::State& state) {
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 
+world::WorldSettings world_settings() {
+  world::WorldSettings settings;
+  settings.camera = paper_camera(Distortion::none);
+  return settings;
+}
+
+/// Under the scripted pilot, who is asked ten times a second.
+void step(benchmark::State& state) {
+  world::World world(world_settings());
+  world::ScriptedPilot pilot;
+  int steps = 0;
+  for (auto _ : state) {
+    if (steps++ % 20 == 0) world.command(pilot.fly(world.whereabouts()));
+    benchmark::DoNotOptimize(world.step());
+  }
+}
+
+/// With every circle's outline and visible share, over a platform.
+void truth(benchmark::State& state) {
+  world::World world(world_settings());
+  world::ScriptedPilot pilot;
+  for (int i = 0; i < 8000; ++i) {
+    if (i % 20 == 0) world.command(pilot.fly(world.whereabouts()));
+    world.step();
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(world.truth().circles.data());
+}
+
 constexpr auto none = Distortion::none;
 
 void threads(benchmark::internal::Benchmark* bench) {
@@ -56,6 +87,8 @@ BENCHMARK_CAPTURE(render, low_over_grass, 7, none)->Apply(threads);
 BENCHMARK_CAPTURE(render, high_over_water, 12, none)->Apply(threads);
 BENCHMARK_CAPTURE(render, wide_lens, 4, Distortion::plumb_bob)->Apply(threads);
 BENCHMARK(render_mix)->Apply(threads);
+BENCHMARK(step)->Unit(benchmark::kMicrosecond);
+BENCHMARK(truth)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 
