@@ -15,6 +15,7 @@
 #include <stevedore/health_t.hpp>
 #include <stevedore/hook_state_t.hpp>
 #include <stevedore/mission_command_t.hpp>
+#include <stevedore/mission_journal_t.hpp>
 #include <stevedore/mission_t.hpp>
 #include <stevedore/platform_estimate_t.hpp>
 #include <stevedore/platform_state_t.hpp>
@@ -46,6 +47,7 @@ inline constexpr Channel<tracks_t>            tracks{"TRACKS", "tracker_proc", 3
 inline constexpr Channel<poses_t>             poses{"POSES", "pose_proc", 30, 0.2, true};
 inline constexpr Channel<platform_estimate_t> platform_estimate{"PLATFORM_ESTIMATE", "pose_proc", 30, 0.5, true};
 inline constexpr Channel<mission_t>           mission{"MISSION", "mission_proc", 30, 0.2, true};
+inline constexpr Channel<mission_journal_t>   mission_journal{"MISSION_JOURNAL", "mission_proc", 0, 0, true};
 inline constexpr Channel<track_command_t>     track_command{"TRACK_COMMAND", "mission_proc or an operator", 2, 1.0, true};
 inline constexpr Channel<mission_command_t>   mission_command{"MISSION_COMMAND", "an operator", 0, 0, true};
 inline constexpr Channel<vehicle_state_t>     vehicle_state{"VEHICLE_STATE", "autopilot or sim_proc", 50, 0.2, true};
@@ -61,10 +63,10 @@ inline constexpr Channel<timeout_t>           timeout{"TIMEOUT", "mission_proc",
 inline constexpr Channel<truth_t>             truth{"TRUTH", "sim_proc", 30, 0, true};
 // clang-format on
 
-inline constexpr auto all =
-    std::make_tuple(frame, ellipses, tracks, poses, platform_estimate, mission, track_command,
-                    mission_command, vehicle_state, autopilot_status, gimbal_command, gimbal_state,
-                    gimbal_level, altimeter, hook_state, platform_state, health, timeout, truth);
+inline constexpr auto all = std::make_tuple(frame, ellipses, tracks, poses, platform_estimate, mission,
+                                            mission_journal, track_command, mission_command, vehicle_state,
+                                            autopilot_status, gimbal_command, gimbal_state, gimbal_level,
+                                            altimeter, hook_state, platform_state, health, timeout, truth);
 
 }  // namespace channels
 

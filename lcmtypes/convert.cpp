@@ -65,4 +65,18 @@ Detection from_message(const ellipse_t& message) {
   return detection;
 }
 
+VehicleSample from_message(const vehicle_state_t& message) {
+  const auto vector_of = [](const double(&values)[3]) { return Eigen::Map<const Eigen::Vector3d>(values); };
+  const double(&q)[4] = message.ned_from_body;
+  VehicleSample sample;
+  sample.utime = message.header.utime;
+  sample.position_ned_m = vector_of(message.position_ned_m);
+  sample.velocity_ned_mps = vector_of(message.velocity_ned_mps);
+  sample.ned_from_body = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
+  sample.angular_rate_body_radps = vector_of(message.angular_rate_body_radps);
+  sample.velocity_variance_m2ps2 = vector_of(message.velocity_variance_m2ps2).mean();
+  sample.attitude_variance_rad2 = vector_of(message.attitude_variance_rad2).mean();
+  return sample;
+}
+
 }  // namespace stevedore

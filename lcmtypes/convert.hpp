@@ -2,8 +2,10 @@
 #pragma once
 
 #include <stevedore/ellipse_t.hpp>
+#include <stevedore/vehicle_state_t.hpp>
 
 #include "geometry/detection.hpp"
+#include "geometry/vehicle_history.hpp"
 
 namespace stevedore {
 
@@ -11,5 +13,6 @@ ellipse_t to_message(const Detection& detection);
 
 /// The message must have passed fault_of.
 Detection from_message(const ellipse_t& message);
+VehicleSample from_message(const vehicle_state_t& message);
 
 }  // namespace stevedore

@@ -172,6 +172,7 @@ std::optional<std::string> fault_of(const platform_estimate_t& m) {
   }
   check.finite("center_ned_m", m.center_ned_m).finite("velocity_ned_mps", m.velocity_ned_mps);
   check.finite("heading_rad", m.heading_rad).range("heading_variance_rad2", m.heading_variance_rad2, 0, 1e9);
+  check.finite("turn_rate_radps", m.turn_rate_radps);
   check.finite("heave_m", m.heave_m).finite("roll_rad", m.roll_rad).finite("pitch_rad", m.pitch_rad);
   check.covariance("covariance", m.covariance);
   return check.fault();
@@ -198,6 +199,20 @@ std::optional<std::string> fault_of(const mission_t& m) {
       .covariance("target_ned_covariance_m2", m.target_ned_covariance_m2);
   check.finite("target_velocity_ned_mps", m.target_velocity_ned_mps)
       .range("target_age_s", m.target_age_s, -1, 1e9);
+  check.finite("setpoint_ned_m", m.setpoint_ned_m)
+      .finite("setpoint_velocity_ned_mps", m.setpoint_velocity_ned_mps)
+      .finite("setpoint_heading_rad", m.setpoint_heading_rad);
+  return check.fault();
+}
+
+std::optional<std::string> fault_of(const mission_journal_t& m) {
+  Check check(m.header);
+  check.count("delivery_count", m.delivery_count, m.deliveries);
+  check.count("failure_count", m.failure_count, m.failures);
+  for (const auto& d : m.deliveries) check.range("off_m", d.off_m, -1, 1e3);
+  for (const auto& f : m.failures) check.range("times", f.times, 0, 32767);
+  check.range("phase", m.phase, mission_t::PHASE_IDLE, mission_t::PHASE_COMPLETE);
+  check.finite("home_ned_m", m.home_ned_m);
   return check.fault();
 }
 

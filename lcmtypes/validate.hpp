@@ -18,6 +18,7 @@ std::optional<std::string> fault_of(const tracks_t& message);
 std::optional<std::string> fault_of(const poses_t& message);
 std::optional<std::string> fault_of(const platform_estimate_t& message);
 std::optional<std::string> fault_of(const mission_t& message);
+std::optional<std::string> fault_of(const mission_journal_t& message);
 std::optional<std::string> fault_of(const track_command_t& message);
 std::optional<std::string> fault_of(const mission_command_t& message);
 std::optional<std::string> fault_of(const vehicle_state_t& message);

@@ -10,10 +10,15 @@
 #include <Eigen/Core>
 
 #include "geometry/detection.hpp"
+#include "mission_proc/carry_settings.hpp"
+#include "mission_proc/emergency.hpp"
+#include "mission_proc/phases.hpp"
 
 namespace stevedore {
 
 struct MissionSettings {
+  std::string job = "watch";
+  CarrySettings carry;
   double min_coverage = 0.6;
   int min_age_frames = 3;
   double give_up_s = 1.0;
@@ -30,6 +35,10 @@ struct MissionSettings {
 
 template <class Visitor>
 void describe(MissionSettings& s, Visitor& visit) {
+  visit.choice(
+      "job", s.job, {"watch", "carry"},
+      "watch: choose a circle and say where it is; carry: bring the cargoes of one platform to another");
+  describe(s.carry, visit);
   visit(
       "min_coverage", s.min_coverage, 0.0, 1.0, "1",
       "edge that a circle must show to be chosen as a target; raise: hidden and cut circles are not chosen");
@@ -91,16 +100,6 @@ struct Candidate {
       0;  ///< the lowest wins; range in metres if known for all, else the inverse of the size in pixels
   std::string reason;
 };
-
-enum class Emergency { all_out_of_view, target_lost, vision_stale, gimbal_not_level };
-
-struct RaisedEmergency {
-  Emergency kind;
-  double since_s = 0;
-  std::string cause;
-};
-
-enum class Phase { search, approach, hold, abort };
 
 /// What the tracker is to follow. The same choice keeps its number.
 struct Wanted {

@@ -1,13 +1,19 @@
 #include "mission_proc/mission_stage.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
+
+#include "lcmtypes/convert.hpp"
+#include "mission_proc/carry_messages.hpp"
 
 namespace stevedore {
 namespace {
 
-constexpr int64_t repeat_us = 500'000;  // 2 Hz
+constexpr int64_t repeat_us = 500'000;           // 2 Hz
+constexpr int64_t longest_silence_us = 100'000;  // of MISSION while somebody flies by it
 
 Label label_of(int8_t label) {
   return label == ellipse_t::LABEL_CIRCLE  ? Label::circle
@@ -56,33 +62,12 @@ View to_view(const poses_t& poses) {
   return view;
 }
 
-int8_t to_message(Phase phase) {
-  switch (phase) {
-    case Phase::search:
-      return mission_t::PHASE_SEARCH;
-    case Phase::approach:
-      return mission_t::PHASE_APPROACH;
-    case Phase::hold:
-      return mission_t::PHASE_HOLD;
-    case Phase::abort:
-      return mission_t::PHASE_ABORT;
-  }
-  return mission_t::PHASE_ABORT;
-}
-
+/// In the order of emergency_t's kinds, which begin at one.
 int16_t to_message(Emergency kind) {
-  switch (kind) {
-    case Emergency::all_out_of_view:
-      return emergency_t::KIND_ALL_OUT_OF_VIEW;
-    case Emergency::target_lost:
-      return emergency_t::KIND_TARGET_LOST;
-    case Emergency::vision_stale:
-      return emergency_t::KIND_VISION_STALE;
-    case Emergency::gimbal_not_level:
-      return emergency_t::KIND_GIMBAL_NOT_LEVEL;
-  }
-  return emergency_t::KIND_VISION_STALE;
+  return static_cast<int16_t>(static_cast<int>(kind) + 1);
 }
+static_assert(static_cast<int>(Emergency::identity_uncertain) + 1 == emergency_t::KIND_IDENTITY_UNCERTAIN);
+static_assert(static_cast<int>(Emergency::gimbal_not_level) + 1 == emergency_t::KIND_GIMBAL_NOT_LEVEL);
 
 GimbalCondition condition_of(int8_t status) {
   switch (status) {
@@ -145,10 +130,19 @@ void set_target(mission_t& mission, const pose_t& pose) {
 
 }  // namespace
 
-MissionStage::MissionStage(const MissionSettings& settings, Bus& bus) : bus_(bus), mission_(settings) {
+MissionStage::MissionStage(const MissionSettings& settings, Bus& bus,
+                           const std::optional<mission_journal_t>& journal, Keep keep)
+    : bus_(bus), mission_(settings), keep_(std::move(keep)) {
+  if (settings.job == "carry")
+    carry_.emplace(settings.carry, journal ? std::optional(from_message(*journal)) : std::nullopt);
+  subscribe_for_watch();
+  if (carry_) subscribe_for_carry();
+}
+
+void MissionStage::subscribe_for_watch() {
   bus_.subscribe<poses_t>(channels::poses, [this](const poses_t& m) { on_poses(m); });
   bus_.subscribe<vehicle_state_t>(channels::vehicle_state,
-                                  [this](const vehicle_state_t& m) { on_clock(m.header); });
+                                  [this](const vehicle_state_t& m) { on_vehicle(m); });
   bus_.subscribe<gimbal_state_t>(channels::gimbal_level,
                                  [this](const gimbal_state_t& m) { on_gimbal_level(m); });
   bus_.subscribe<timeout_t>(channels::timeout, [this](const timeout_t& m) { on_clock(m.header); });
@@ -156,10 +150,39 @@ MissionStage::MissionStage(const MissionSettings& settings, Bus& bus) : bus_(bus
                                     [this](const mission_command_t& m) { on_command(m); });
 }
 
+void MissionStage::subscribe_for_carry() {
+  bus_.subscribe<platform_estimate_t>(
+      channels::platform_estimate, [this](const platform_estimate_t& m) { carry_->hear(from_message(m)); });
+  bus_.subscribe<hook_state_t>(channels::hook_state,
+                               [this](const hook_state_t& m) { carry_->hear(from_message(m)); });
+  bus_.subscribe<autopilot_status_t>(channels::autopilot_status,
+                                     [this](const autopilot_status_t& m) { carry_->hear(from_message(m)); });
+  bus_.subscribe<altimeter_t>(channels::altimeter, [this](const altimeter_t& m) {
+    if (m.valid) carry_->hear_laser(m.header.utime, m.range_m);
+  });
+}
+
 void MissionStage::on_poses(const poses_t& poses) {
   mission_.see(to_view(poses));
+  if (carry_) {
+    carry_->see(from_message(poses));
+    choose_for_carry(poses);
+  }
   publish_track_command(poses.header);
   publish_mission(poses.header, &poses);
+}
+
+void MissionStage::on_vehicle(const vehicle_state_t& vehicle) {
+  if (carry_) {
+    carry_->hear(from_message(vehicle));
+    write_journal(vehicle.header);
+  }
+  on_clock(vehicle.header);
+  if (!carry_ || vehicle.header.utime - mission_utime_ < longest_silence_us) return;
+  header_t cause{};
+  cause.utime = vehicle.header.utime;
+  cause.frame_seq = -1;
+  publish_mission(cause, nullptr);
 }
 
 void MissionStage::on_clock(const header_t& header) {
@@ -174,7 +197,7 @@ void MissionStage::on_gimbal_level(const gimbal_state_t& level) {
 
 void MissionStage::publish_changes(int64_t utime) {
   std::vector<Emergency> raised;
-  for (const auto& emergency : mission_.decision().emergencies) raised.push_back(emergency.kind);
+  for (const auto& emergency : emergencies()) raised.push_back(emergency.kind);
   const bool repeat = !raised.empty() && utime - mission_utime_ >= repeat_us;
   if (raised == told_ && !repeat) return;
   header_t cause{};
@@ -186,21 +209,61 @@ void MissionStage::publish_changes(int64_t utime) {
 void MissionStage::on_command(const mission_command_t& command) {
   switch (command.command) {
     case mission_command_t::COMMAND_START:
+      return carry_ ? carry_->start() : mission_.resume();
     case mission_command_t::COMMAND_RESUME:
-      return mission_.resume();
+      return carry_ ? carry_->resume() : mission_.resume();
     case mission_command_t::COMMAND_HOLD:
-      return mission_.hold();
+      return carry_ ? carry_->hold() : mission_.hold();
     case mission_command_t::COMMAND_ABORT:
-      return mission_.abort();
+      return carry_ ? carry_->abort() : mission_.abort();
     case mission_command_t::COMMAND_CHOOSE:
-      return mission_.choose(command.track_id);
+      return carry_ ? carry_->wish({command.platform, command.slot}) : mission_.choose(command.track_id);
     default:
       return;  // fault_of lets no other through
   }
 }
 
+std::optional<Wanted> MissionStage::wanted() const {
+  return carry_ ? carried_target_ : mission_.decision().wanted;
+}
+
+/// The circle that lies where the target does, for as long as there is a target: under a new number when it
+/// is another one than before.
+void MissionStage::choose_for_carry(const poses_t& poses) {
+  if (!carry_->record().target) carried_target_.reset();
+  const auto track = carry_->target_track();
+  if (!track) return;
+  const auto pose = std::find_if(poses.poses.begin(), poses.poses.end(),
+                                 [&](const pose_t& p) { return p.track_id == *track; });
+  if (pose == poses.poses.end()) return;
+  const bool same = carried_target_ && carried_target_->track_id == *track;
+  carried_target_ =
+      Wanted{same ? carried_target_->choice : poses.header.utime, *track, {pose->u_px, pose->v_px}};
+}
+
+/// What is in view, and what the carrying finds wrong: of the target, that of the one which has it.
+std::vector<RaisedEmergency> MissionStage::emergencies() const {
+  if (!carry_) return mission_.decision().emergencies;
+  std::vector<RaisedEmergency> all = carry_->emergencies();
+  for (const RaisedEmergency& each : mission_.decision().emergencies) {
+    const bool expected = each.kind != Emergency::all_out_of_view || carry_->expects_marks();
+    if (each.kind != Emergency::target_lost && expected) all.push_back(each);
+  }
+  return all;
+}
+
+void MissionStage::write_journal(const header_t& cause) {
+  if (carry_->record_number() == journalled_) return;
+  journalled_ = carry_->record_number();
+  mission_journal_t journal = to_message(carry_->record());
+  journal.header.utime = cause.utime;
+  journal.header.frame_seq = -1;
+  if (keep_) keep_(journal);
+  bus_.publish(channels::mission_journal, journal);
+}
+
 void MissionStage::publish_track_command(const header_t& cause) {
-  const auto& wanted = mission_.decision().wanted;
+  const std::optional<Wanted> wanted = this->wanted();
   const int64_t choice = wanted ? wanted->choice : 0;
   if (choice == commanded_choice_ && cause.utime - command_utime_ < repeat_us) return;
   if (!wanted && commanded_choice_ < 0) return;  // nothing was ever wanted
@@ -223,7 +286,7 @@ void MissionStage::publish_mission(const header_t& cause, const poses_t* poses) 
   mission_t mission{};
   mission.header.utime = cause.utime;
   mission.header.frame_seq = cause.frame_seq;
-  mission.phase = to_message(decision.phase);
+  mission.phase = static_cast<int8_t>(decision.phase);
   mission.phase_utime = std::llround(decision.phase_since_s * 1e6);
   mission.action = decision.phase == Phase::approach ? mission_t::ACTION_GO_TO : mission_t::ACTION_HOVER;
   mission.target_id = decision.wanted ? decision.wanted->track_id : -1;
@@ -234,7 +297,7 @@ void MissionStage::publish_mission(const header_t& cause, const poses_t* poses) 
   for (const Candidate& candidate : decision.candidates) mission.candidates.push_back(to_message(candidate));
   mission.candidate_count = static_cast<int16_t>(mission.candidates.size());
   told_.clear();
-  for (const RaisedEmergency& emergency : decision.emergencies) {
+  for (const RaisedEmergency& emergency : emergencies()) {
     mission.emergencies.push_back(to_message(emergency, time_s));
     told_.push_back(emergency.kind);
   }
@@ -247,6 +310,7 @@ void MissionStage::publish_mission(const header_t& cause, const poses_t* poses) 
       if (pose.track_id == mission.target_id) set_target(mission, pose);
     }
   }
+  if (carry_) describe(*carry_, cause.utime, mission);
   mission_utime_ = cause.utime;
   bus_.publish(channels::mission, mission);
 }

@@ -27,7 +27,9 @@ struct Test {
   double log_likelihood = 0;
 };
 
-/// Kalman update. Whether its innovation passes the gate is for the caller to use.
+/// Kalman update, in which the error of scale is considered but not learnt (Schmidt, 1966): a single frame
+/// says nothing of it, and what hundreds seem to say comes from errors that they share. Whether the
+/// innovation passes the gate is for the caller to use.
 Test update(DeckState& state, const Innovation& innovation) {
   const Eigen::Matrix<double, at::size, Eigen::Dynamic> cross =
       state.covariance * innovation.by_state.transpose();
@@ -39,8 +41,12 @@ Test update(DeckState& state, const Innovation& innovation) {
   test.log_likelihood = -test.nis.value / 2 - expected.matrixLLT().diagonal().array().log().sum();
   // with S = L L^T: gain * innovation = cross L^-T whitened, and the covariance loses (cross L^-T)(...)^T
   const Eigen::Matrix<double, Eigen::Dynamic, at::size> root = expected.matrixL().solve(cross.transpose());
+  const double scale_error = state.mean[at::scale_error],
+               scale_variance = state.covariance(at::scale_error, at::scale_error);
   state.mean += root.transpose() * whitened;
   state.covariance -= root.transpose() * root;
+  state.mean[at::scale_error] = scale_error;
+  state.covariance(at::scale_error, at::scale_error) = scale_variance;
   state.mean[at::heading] = wrapped(state.mean[at::heading]);
   return test;
 }

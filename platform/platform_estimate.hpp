@@ -39,11 +39,13 @@ struct PlatformEstimate {
   MotionCovariance covariance;
   double heading_rad = 0;
   double heading_variance_rad2 = 0;
+  double turn_rate_radps = 0;
   double heave_m = 0;  ///< up from the mean height
   double roll_rad = 0;
   double pitch_rad = 0;
   bool identity_certain = false;
   std::int64_t measured_utime = 0;
+  std::int64_t seen_utime = -1;     ///< newest frame that showed circles of it
   std::vector<SlotEstimate> slots;  ///< empty until the layout is known
   std::vector<DeckPrediction> predictions;
 };

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include "geometry/vehicle_history.hpp"
 #include "platform/platform_estimate.hpp"
 #include "platform/platform_sighting.hpp"
 #include "platform/platform_track.hpp"
-#include "platform/vehicle_history.hpp"
 
 namespace stevedore {
 

@@ -266,6 +266,7 @@ PlatformEstimate PlatformTrack::estimate(std::int64_t utime, const VehicleMoment
   out.covariance = course.covariance;
   out.heading_rad = wrapped(state.mean[at::heading] + turned_rad);
   out.heading_variance_rad2 = state.covariance(at::heading, at::heading) + identity_.spread_rad2();
+  out.turn_rate_radps = state.mean[at::turn_rate];
   out.heave_m = -swing(state.mean, at::heave);
   const Eigen::Vector2d tilt = Eigen::Rotation2Dd(-turned_rad) *
                                Eigen::Vector2d(swing(state.mean, at::roll), swing(state.mean, at::pitch));
@@ -275,6 +276,7 @@ PlatformEstimate PlatformTrack::estimate(std::int64_t utime, const VehicleMoment
       layout_ && 3 * std::sqrt(state.covariance(at::heading, at::heading)) < layout_->period_rad / 2;
   out.identity_certain = seen_utime_ >= 0 && number_certain_ && heading_known && identity_.certain();
   out.measured_utime = measured_utime_;
+  out.seen_utime = seen_utime_;
   out.predictions = outlook(state, motion_, filter_.disturbance(utime), settings_);
   for (DeckPrediction& p : out.predictions) p.center_ned_m += vehicle.ned_from_odometry_m;
   if (!layout_) return out;

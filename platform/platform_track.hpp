@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "geometry/vehicle_history.hpp"
 #include "platform/deck_filter.hpp"
 #include "platform/layout_match.hpp"
 #include "platform/platform_estimate.hpp"
 #include "platform/platform_sighting.hpp"
 #include "platform/slot_assignment.hpp"
 #include "platform/slot_identity.hpp"
-#include "platform/vehicle_history.hpp"
 
 namespace stevedore {
 

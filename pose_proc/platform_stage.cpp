@@ -6,6 +6,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "lcmtypes/convert.hpp"
+
 namespace stevedore {
 namespace {
 
@@ -17,23 +19,6 @@ constexpr size_t history = 64;  // more than a second at 50 Hz
 template <int rows>
 Eigen::Matrix<double, rows, 1> vector_of(const double (&values)[rows]) {
   return Eigen::Map<const Eigen::Matrix<double, rows, 1>>(values);
-}
-
-double mean_of(const double (&values)[3]) {
-  return (values[0] + values[1] + values[2]) / 3;
-}
-
-VehicleSample from_message(const vehicle_state_t& m) {
-  const double* q = m.ned_from_body;
-  VehicleSample sample;
-  sample.utime = m.header.utime;
-  sample.position_ned_m = vector_of(m.position_ned_m);
-  sample.velocity_ned_mps = vector_of(m.velocity_ned_mps);
-  sample.ned_from_body = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
-  sample.angular_rate_body_radps = vector_of(m.angular_rate_body_radps);
-  sample.velocity_variance_m2ps2 = mean_of(m.velocity_variance_m2ps2);
-  sample.attitude_variance_rad2 = mean_of(m.attitude_variance_rad2);
-  return sample;
 }
 
 /// POSES has no covariance of normals. A circle's axes appear with the relative error e of its range; from
@@ -135,11 +120,13 @@ platform_estimate_t to_message(const PlatformEstimate& estimate, const header_t&
   Eigen::Map<RowMajor6>(m.covariance) = estimate.covariance;
   m.heading_rad = estimate.heading_rad;
   m.heading_variance_rad2 = estimate.heading_variance_rad2;
+  m.turn_rate_radps = estimate.turn_rate_radps;
   m.heave_m = estimate.heave_m;
   m.roll_rad = estimate.roll_rad;
   m.pitch_rad = estimate.pitch_rad;
   m.identity_certain = estimate.identity_certain;
   m.measured_utime = estimate.measured_utime;
+  m.seen_utime = estimate.seen_utime;
   return m;
 }
 
@@ -154,7 +141,7 @@ PlatformStage::PlatformStage(const PlatformSettings& settings, const CameraMount
 }
 
 void PlatformStage::hear(const vehicle_state_t& vehicle) {
-  estimator_.add_vehicle(from_message(vehicle));
+  estimator_.add_vehicle(stevedore::from_message(vehicle));
 }
 
 void PlatformStage::hear(const gimbal_state_t& gimbal) {

@@ -80,6 +80,12 @@ platform_state_t to_message(const world::PlatformReading& reading) {
   return message;
 }
 
+std::optional<SetPoint> set_point_of(const mission_t& message) {
+  if (!message.has_setpoint) return std::nullopt;
+  return SetPoint{message.header.utime, Eigen::Vector3d(message.setpoint_ned_m),
+                  Eigen::Vector3d(message.setpoint_velocity_ned_mps), message.setpoint_heading_rad};
+}
+
 autopilot_status_t to_message(const world::AutopilotReading& reading) {
   autopilot_status_t message{};
   message.mode = autopilot_status_t::MODE_GUIDED;
@@ -150,6 +156,15 @@ SimStage::SimStage(const SimSettings& settings, const CameraModel& told, std::st
   bus_.subscribe<gimbal_command_t>(channels::gimbal_command, [this](const gimbal_command_t& m) {
     world_.command_gimbal({m.roll_rad, m.pitch_rad});
   });
+  if (settings_.pilot != "mission") return;
+  bus_.subscribe<mission_t>(channels::mission, [this](const mission_t& m) {
+    guided_.hear(set_point_of(m));
+    if (m.action == mission_t::ACTION_GRAB) world_.command_hook(true);
+    if (m.action == mission_t::ACTION_RELEASE) world_.command_hook(false);
+    const bool lands = m.action == mission_t::ACTION_LAND;
+    if (lands && !lands_) world_.land();
+    lands_ = lands;
+  });
 }
 
 Condition SimStage::work(std::int64_t now_utime) {
@@ -164,11 +179,17 @@ bool SimStage::has_ended() const {
 }
 
 void SimStage::step() {
-  publish(world_.step());
-  if (settings_.pilot == "scripted" && steps_++ % steps_a_look == 0)
-    world_.command(pilot_.fly(world_.whereabouts()));
+  const world::Readings& readings = world_.step();
+  publish(readings);
+  if (readings.vehicle) guided_.hear(*readings.vehicle);
+  if (steps_++ % steps_a_look == 0) fly();
   // a tick falls on the step that reaches it
   while (static_cast<double>(ticks_) <= world_.time_s() * settings_.rate_hz) expose();
+}
+
+void SimStage::fly() {
+  if (settings_.pilot == "scripted") world_.command(scripted_.fly(world_.whereabouts()));
+  if (settings_.pilot == "mission" && !lands_) world_.command(guided_.fly(utime_of(world_.time_s())));
 }
 
 void SimStage::expose() {

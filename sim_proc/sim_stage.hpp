@@ -1,5 +1,5 @@
-// The world on the bus, in place of camera, aircraft, sensors and autopilot: GIMBAL_COMMAND in; FRAME,
-// VEHICLE_STATE, GIMBAL_STATE, ALTIMETER, HOOK_STATE, PLATFORM_STATE, AUTOPILOT_STATUS and TRUTH out.
+// The world on the bus, in place of camera, aircraft, sensors and autopilot: GIMBAL_COMMAND and MISSION in;
+// FRAME, VEHICLE_STATE, GIMBAL_STATE, ALTIMETER, HOOK_STATE, PLATFORM_STATE, AUTOPILOT_STATUS and TRUTH out.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include "runtime/bus.hpp"
 #include "runtime/condition.hpp"
 #include "runtime/frame_output.hpp"
+#include "sim_proc/guided_pilot.hpp"
 #include "sim_proc/render_thread.hpp"
 #include "sim_proc/world/pilot.hpp"
 #include "sim_proc/world/world.hpp"
@@ -39,8 +40,10 @@ void describe(SimSettings& s, Visitor& visit) {
   visit("rate_hz", s.rate_hz, 1.0, 100.0, "Hz", "frames a second of the camera; raise: more work for all");
   visit("seconds", s.seconds, 0.0, 1e6, "s", "the world ends after this time; 0: it goes on");
   visit("truth", s.truth, "publish TRUTH with each frame, for evaluation; nothing that decides hears it");
-  visit.choice("pilot", s.pilot, {"scripted", "none"},
-               "scripted: search, descents and transits without end; none: the aircraft stays where it is");
+  visit.choice(
+      "pilot", s.pilot, {"scripted", "mission", "none"},
+      "scripted: search, descents and transits without end; mission: flies to the set-points of MISSION; "
+      "none: the aircraft stays where it is");
   visit("render_threads", s.render_threads, 1.0, 16.0, "threads",
         "threads that draw one frame; raise: frames come sooner, and keep more cores busy");
   describe(s.frames, visit);
@@ -59,6 +62,7 @@ class SimStage {
 
  private:
   void step();
+  void fly();
   void expose();
   void send(const Picture& picture);
   void publish(const world::Readings& readings);
@@ -70,7 +74,9 @@ class SimStage {
   const SimSettings settings_;
   Bus& bus_;
   world::World world_;
-  world::ScriptedPilot pilot_;
+  world::ScriptedPilot scripted_;
+  GuidedPilot guided_;
+  bool lands_ = false;
   RenderThread renderer_;
   FrameOutput output_;
   std::optional<std::int64_t> start_utime_;  ///< of the world's time 0

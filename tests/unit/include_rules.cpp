@@ -85,7 +85,8 @@ Part part_of(const std::string& path) {
   if (room == "geometry" || room == "platform") return Part::algorithm;
   if (!is_process_room(room)) return Part::other;
   if (file == "main.cpp") return Part::main;
-  if (fs::path(file).stem().string().ends_with("_stage")) return Part::stage;
+  const std::string stem = fs::path(file).stem().string();
+  if (stem.ends_with("_stage") || stem.ends_with("_messages")) return Part::stage;
   if (room == "camera_proc" && file.starts_with("source")) return Part::device;
   if (path.starts_with("sim_proc/render_thread.")) return Part::device;
   if (path.starts_with("sim_proc/world/workers.")) return Part::device;  // the renderer's threads

@@ -64,7 +64,7 @@ Vector3d turned(double heading, const Vector3d& level) {
 }  // namespace
 
 TEST_CASE("readings carry the time of their step, pictures a stamp that is late by the seed's constant") {
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const double late_s = draw_true_self(seed, {}, told_camera(), {}).stamp_late_s;
     CHECK(std::abs(late_s) <= 0.01);  // twice the 5 ms
     CHECK(late_s != 0);

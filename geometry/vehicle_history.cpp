@@ -1,4 +1,4 @@
-#include "platform/vehicle_history.hpp"
+#include "geometry/vehicle_history.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -1,0 +1,40 @@
+// Where on its deck each cargo stands: the mean of what frames show, nearer frames counting more.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+namespace stevedore {
+
+/// One circle: number of its platform, and its own there.
+struct SlotId {
+  int platform = -1;
+  int slot = -1;
+  auto operator<=>(const SlotId&) const = default;
+};
+
+struct CargoPlace {
+  Eigen::Vector2d offset_m;  ///< of its axis from the circle's centre, deck axes (forward, right)
+  int sightings = 0;
+  std::int64_t utime = 0;  ///< of the last
+};
+
+class CargoPlaces {
+ public:
+  /// range_m: from the camera.
+  void see(SlotId slot, const Eigen::Vector2d& offset_m, double range_m, std::int64_t utime);
+  void forget(SlotId slot) { known_.erase(slot); }
+  void forget_platform(int platform);
+  [[nodiscard]] std::optional<CargoPlace> at(SlotId slot) const;
+
+ private:
+  struct Mean {
+    CargoPlace place;
+    double weight = 0;
+  };
+  std::map<SlotId, Mean> known_;
+};
+
+}  // namespace stevedore

@@ -1,0 +1,407 @@
+#include "mission_proc/carry.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace stevedore {
+namespace {
+
+double seconds(std::int64_t us) {
+  return static_cast<double>(us) * 1e-6;
+}
+
+bool is_in_air(Phase phase) {
+  return phase != Phase::idle && phase != Phase::complete && phase != Phase::suspended;
+}
+
+/// A mission that was killed goes on with the same step, or with the one before it where the step needs what
+/// only its beginning knows.
+Phase resumed(Phase phase) {
+  switch (phase) {
+    case Phase::approach:
+    case Phase::descend:
+    case Phase::load:
+    case Phase::drop:
+    case Phase::retry:
+      return Phase::retry;
+    default:
+      return phase;
+  }
+}
+
+}  // namespace
+
+Carry::Carry(const CarrySettings& settings, const std::optional<CarryRecord>& restored)
+    : settings_(settings), hanging_(settings) {
+  board_.set_delay(Emergency::platform_not_found, {30, 0});
+  board_.set_delay(Emergency::identity_uncertain, {1, 1});
+  board_.set_delay(Emergency::altitude_disagrees, {1, 1});
+  board_.set_delay(Emergency::cargo_lost, {0, 10});  // it stays to be read
+  board_.set_delay(Emergency::camera_frozen, {0, 0});
+  board_.set_delay(Emergency::target_lost, {0, 0.2});
+  if (!restored) return;
+  record_ = *restored;
+  record_.phase = resumed(restored->phase);
+  say(fmt::format("goes on after a restart: {}", name_of(record_.phase)));
+}
+
+// ---- what is told ----
+
+void Carry::hear(const VehicleSample& vehicle) {
+  if (vehicle.utime < utime_ - 1'000'000) {  // another stream: nothing that is known belongs to it
+    vehicle_ = VehicleHistory();
+    decks_.clear();
+    places_ = CargoPlaces();
+    board_.clear();
+    home_odometry_m_.reset();
+    pad_odometry_m_.reset();
+    utime_ = 0;
+  }
+  const double passed_s = utime_ > 0 ? std::clamp(seconds(vehicle.utime - utime_), 0.0, 0.2) : 0;
+  if (utime_ == 0) phase_utime_ = vehicle.utime;
+  utime_ = std::max(utime_, vehicle.utime);
+  vehicle_.add(vehicle);
+  hanging_.hear(vehicle.ned_from_body, vehicle.utime);
+  now_ = vehicle_.at(utime_);
+  if (!now_) return;
+  velocity_mps_ += std::min(1.0, passed_s / 0.2) * (vehicle.velocity_ned_mps - velocity_mps_);
+  if (!home_odometry_m_ && record_.phase != Phase::idle)
+    home_odometry_m_ = record_.home_ned_m - now_->ned_from_odometry_m;  // after a restart
+  tick();
+  guide(passed_s);
+}
+
+void Carry::hear(const HookReport& hook) {
+  hook_ = hook;
+  if (!hook.closed && !record_.loaded && empty_readings_ < 50) {
+    ++empty_readings_;
+    empty_load_n_ += (hook.load_n - empty_load_n_) / empty_readings_;
+  }
+  const bool light = hook.load_n - empty_load_n_ < settings_.loaded_n;
+  auto& running = light ? light_since_ : heavy_since_;
+  (light ? heavy_since_ : light_since_).reset();
+  if (!running) running = utime_;
+}
+
+void Carry::hear(const AutopilotReport& autopilot) {
+  autopilot_ = autopilot;
+}
+
+void Carry::hear(const DeckNews& report) {
+  const auto moment = vehicle_.at(report.utime);
+  if (!moment || report.knots.empty()) return;
+  forget_circles_elsewhere(report);
+  decks_.insert_or_assign(report.platform, DeckPath(report, *moment));
+}
+
+/// When circles get other numbers, what is remembered of them by number is of others, and the target's number
+/// is another one.
+void Carry::forget_circles_elsewhere(const DeckNews& report) {
+  const auto moment = vehicle_.at(report.utime);
+  const DeckPath* before = deck(report.platform);
+  if (!before || before->news().slots.empty() || report.slots.empty()) return;
+  constexpr double elsewhere_m = 0.5;  // half of what two circles are apart at least
+  const DeckPath after(report, *moment);
+  const auto place = [&](const DeckPath& course, std::size_t slot) {
+    return Eigen::Vector2d(course.point(course.place_of(slot), 0, report.utime).position_m.head<2>());
+  };
+  if (before->news().slots.size() == report.slots.size() &&
+      (place(*before, 0) - place(after, 0)).norm() < elsewhere_m)
+    return;
+  places_.forget_platform(report.platform);
+  auto& target = record_.target;
+  if (!target || target->platform != report.platform) return;
+  const auto old_slot = static_cast<std::size_t>(target->slot);
+  if (old_slot >= before->news().slots.size()) return;
+  for (std::size_t slot = 0; slot < report.slots.size(); ++slot) {
+    if ((place(after, slot) - place(*before, old_slot)).norm() > elsewhere_m) continue;
+    target->slot = static_cast<int>(slot);
+    return;
+  }
+}
+
+void Carry::see(const LevelFrame& frame) {
+  const auto moment = vehicle_.at(frame.utime);
+  if (!moment) return;
+  watch_frames(frame);
+  look_for_pad(frame);
+  target_track_.reset();
+  for (const auto& [platform, course] : decks_) {
+    if (course.age_s(frame.utime) > 0.5) continue;
+    for (const LevelMark& mark : frame.marks) {
+      if (mark.label != Label::cargo) continue;
+      const Eigen::Vector3d rim_m = odometry_of(mark, *moment);
+      const Eigen::Vector2d place = course.place_below(rim_m, settings_.rim_over_deck_m, frame.utime);
+      for (std::size_t slot = 0; slot < course.news().slots.size(); ++slot) {
+        constexpr double own_m = 0.6;  // half of what two circles are apart at least
+        const Eigen::Vector2d off_m = place - course.place_of(slot);
+        if (off_m.norm() < own_m)
+          places_.see({platform, static_cast<int>(slot)}, off_m, mark.from_camera_level_m.norm(),
+                      frame.utime);
+      }
+    }
+  }
+  if (!has_target_place()) return;
+  const DeckPath* course = deck(record_.target->platform);
+  const Eigen::Vector3d there_m =
+      course->point(course->place_of(static_cast<std::size_t>(record_.target->slot)), 0, frame.utime)
+          .position_m;
+  double nearest_m = 0.4;
+  for (const LevelMark& mark : frame.marks) {
+    if (mark.label != Label::circle) continue;
+    const double off_m = (odometry_of(mark, *moment) - there_m).norm();
+    if (off_m < nearest_m) nearest_m = off_m, target_track_ = mark.track_id;
+  }
+}
+
+// ---- the operator ----
+
+void Carry::start() {
+  if (!now_ || record_.phase != Phase::idle) return;
+  home_odometry_m_ = now_->position_odometry_m;
+  heading_rad_ = hanging_.heading_rad();
+  record_.home_ned_m = now_->position_odometry_m + now_->ned_from_odometry_m;
+  fire(Event::start);
+}
+
+void Carry::hold() {
+  fire(Event::hold);
+}
+
+void Carry::abort() {
+  record_.homeward = true;
+  fire(Event::abort);
+}
+
+void Carry::resume() {
+  if (record_.phase == Phase::suspended && !(autopilot_ && autopilot_->guided)) {
+    say("not resumed: the autopilot is not in guided mode");
+    return;
+  }
+  fire(record_.homeward ? Event::resume_home : Event::resume);
+}
+
+// ---- one step of time ----
+
+void Carry::tick() {
+  obey_autopilot();
+  if (record_.phase == Phase::idle && settings_.start_at_once && autopilot_ && autopilot_->guided) start();
+  watch_target();
+  if (const auto event = look()) fire(*event);
+}
+
+void Carry::obey_autopilot() {
+  const bool obeys =
+      autopilot_ && (autopilot_->guided || (autopilot_->lands && record_.phase == Phase::land));
+  if (autopilot_ && !obeys && is_in_air(record_.phase)) {
+    say("another pilot flies: the autopilot is not in guided mode");
+    fire(Event::other_pilot);
+  }
+  const bool on_the_way = is_in_air(record_.phase) && record_.phase != Phase::go_home &&
+                          record_.phase != Phase::land && record_.phase != Phase::abort;
+  if (!on_the_way) return;
+  const bool low = autopilot_ && autopilot_->battery_share < settings_.battery_floor;
+  const double from_home_m =
+      home_odometry_m_ ? (now_->position_odometry_m - *home_odometry_m_).head<2>().norm() : 0;
+  if (!low && from_home_m < settings_.fence_m) return;
+  say(low ? fmt::format("goes home: battery below {:.0f} %", 100 * settings_.battery_floor)
+          : fmt::format("goes home: more than {:.0f} m from it", settings_.fence_m));
+  record_.homeward = true;
+  fire(Event::must_go_home);
+}
+
+void Carry::fire(Event event) {
+  const Phase next = after(record_.phase, event);
+  if (next == record_.phase) return;
+  take_effect(event);
+  record_.phase = next;
+  phase_utime_ = utime_;
+  ++record_number_;
+  aligned_since_.reset();
+  nothing_since_.reset();
+  if (next == Phase::load) ++record_.attempts;
+  if (next == Phase::drop && record_.target) places_.forget(*record_.target);
+  if (next == Phase::search) record_.target.reset();
+  if (next == Phase::go_home) record_.homeward = true;
+  closes_jaws_ = opens_jaws_ = lands_ = false;
+  search_utime_.reset();
+  stay_odometry_m_ = now_ ? std::optional(now_->position_odometry_m) : std::nullopt;
+  if (has_target_place()) height_m_ = miss().height_m;
+  rise_mps_ = 0;
+}
+
+void Carry::fail_target() {
+  if (record_.target) ++record_.failures[*record_.target];
+}
+
+/// What an event means for what is remembered.
+void Carry::take_effect(Event event) {
+  const std::optional<SlotId> target = record_.target;
+  const bool hands_on = record_.phase == Phase::descend || record_.phase == Phase::load ||
+                        record_.phase == Phase::drop || record_.phase == Phase::approach;
+  switch (event) {
+    case Event::loaded:
+      record_.loaded = true;
+      if (target) places_.forget(*target);
+      record_.target.reset();
+      break;
+    case Event::slipped:
+      fail_target();
+      break;
+    case Event::misaligned:
+    case Event::blind:
+    case Event::late:
+      if (hands_on && record_.phase != Phase::approach) fail_target();
+      break;
+    case Event::released:
+      record_.loaded = false;
+      break;
+    case Event::cargo_gone:
+      record_.loaded = false;
+      board_.set(Emergency::cargo_lost, true, seconds(utime_), "the hook bears nothing any more");
+      if (!hands_on || record_.phase == Phase::approach) ++record_.written_off;
+      break;
+    case Event::placed: {
+      const auto place = target ? places_.at(*target) : std::nullopt;
+      record_.delivered.push_back({target.value_or(SlotId{}), place ? place->offset_m.norm() : -1});
+      record_.target.reset();
+      break;
+    }
+    case Event::misplaced:
+      ++record_.written_off;
+      record_.target.reset();
+      break;
+    default:
+      break;
+  }
+}
+
+// ---- where things are ----
+
+const DeckPath* Carry::deck(int platform) const {
+  const auto found = decks_.find(platform);
+  return found == decks_.end() ? nullptr : &found->second;
+}
+
+int Carry::goal_platform() const {
+  return record_.loaded ? settings_.drop_platform : settings_.load_platform;
+}
+
+bool Carry::sees_deck() const {
+  constexpr double a_moment_s = 3;
+  const DeckPath* course = deck(goal_platform());
+  return course && !course->news().slots.empty() && course->age_s(utime_) < a_moment_s;
+}
+
+double Carry::camera_height_m(const DeckPath& course) const {
+  return course.center(utime_).position_m.z() - now_->position_odometry_m.z() - settings_.camera_down_m;
+}
+
+bool Carry::has_target_place() const {
+  const DeckPath* course = record_.target ? deck(record_.target->platform) : nullptr;
+  return course && static_cast<std::size_t>(record_.target->slot) < course->news().slots.size();
+}
+
+PointPath Carry::hook_goal(std::int64_t utime) const {
+  const double handle_m = settings_.rim_over_deck_m + settings_.handle_over_rim_m;
+  const SlotId target = *record_.target;
+  const DeckPath& course = *deck(target.platform);
+  Eigen::Vector2d place = course.place_of(static_cast<std::size_t>(target.slot));
+  const auto cargo = places_.at(target);
+  if (!record_.loaded && target.platform == settings_.load_platform && cargo) place += cargo->offset_m;
+  return course.point(place, handle_m, utime);
+}
+
+double Carry::hook_height_at(double camera_height_m) const {
+  return camera_height_m + settings_.camera_down_m - settings_.hook_down_m - settings_.rope_m -
+         settings_.rim_over_deck_m - settings_.handle_over_rim_m;
+}
+
+Eigen::Vector3d Carry::hook_odometry_m() const {
+  return now_->position_odometry_m + hanging_.hook_ned_m(record_.loaded);
+}
+
+double Carry::target_age_s() const {
+  const DeckPath* course = record_.target ? deck(record_.target->platform) : nullptr;
+  return course ? course->age_s(utime_) : 1e9;
+}
+
+Carry::Miss Carry::miss() const {
+  const PointPath goal = hook_goal(utime_);
+  const Eigen::Vector3d off_m = hook_odometry_m() - goal.position_m;
+  return {off_m.head<2>().norm(), -off_m.z(), (velocity_mps_ - goal.velocity_mps).norm()};
+}
+
+Eigen::Vector3d Carry::odometry_of(const LevelMark& mark, const VehicleMoment& moment) const {
+  const Eigen::Matrix3d axes = moment.ned_from_body.toRotationMatrix();
+  const Eigen::Vector3d arm_m(settings_.camera_forward_m, settings_.camera_right_m, settings_.camera_down_m);
+  const double heading_rad = std::atan2(axes(1, 0), axes(0, 0));
+  const Eigen::Vector3d& level_m = mark.from_camera_level_m;
+  const Eigen::Vector2d out_m = ned_from_deck({-level_m.y(), level_m.x()}, heading_rad);
+  return moment.position_odometry_m + axes * arm_m + Eigen::Vector3d(out_m.x(), out_m.y(), level_m.z());
+}
+
+/// A circle near where the aircraft took off, and on no platform.
+void Carry::look_for_pad(const LevelFrame& frame) {
+  const bool homing = record_.phase == Phase::go_home || record_.phase == Phase::land;
+  const auto moment = vehicle_.at(frame.utime);
+  if (!homing || !home_odometry_m_ || !moment) return;
+  constexpr double about_home_m = 6;  // odometry is off by a metre in an hour; after a restart by what GPS is
+  const Eigen::Vector3d expected_m = pad_odometry_m_.value_or(*home_odometry_m_);
+  double nearest_m = pad_odometry_m_ ? 1.0 : about_home_m;
+  for (const LevelMark& mark : frame.marks) {
+    if (mark.label != Label::circle) continue;
+    const Eigen::Vector3d there_m = odometry_of(mark, *moment);
+    const bool on_a_platform = std::any_of(decks_.begin(), decks_.end(), [&](const auto& entry) {
+      return (entry.second.center(frame.utime).position_m - there_m).template head<2>().norm() < 4;
+    });
+    const double off_m = (there_m - expected_m).head<2>().norm();
+    if (on_a_platform || off_m > nearest_m) continue;
+    nearest_m = off_m;
+    pad_odometry_m_ =
+        pad_odometry_m_ ? Eigen::Vector3d(*pad_odometry_m_ + 0.2 * (there_m - *pad_odometry_m_)) : there_m;
+    pad_utime_ = frame.utime;
+  }
+}
+
+// ---- what comes out ----
+
+std::optional<Setpoint> Carry::setpoint() const {
+  if (!goal_ || !now_) return std::nullopt;
+  return Setpoint{goal_->aircraft_odometry_m + now_->ned_from_odometry_m, goal_->velocity_mps,
+                  goal_->heading_rad};
+}
+
+std::optional<CarryTarget> Carry::target(std::int64_t utime) const {
+  const auto moment = vehicle_.at(utime);
+  if (!has_target_place() || !moment) return std::nullopt;
+  const DeckPath* course = deck(record_.target->platform);
+  const auto slot = static_cast<std::size_t>(record_.target->slot);
+  const PointPath point = course->point(course->place_of(slot), 0, utime);
+  const Eigen::Matrix3d axes = moment->ned_from_body.toRotationMatrix();
+  const Eigen::Vector3d arm_m(settings_.camera_forward_m, settings_.camera_right_m, settings_.camera_down_m);
+  const Eigen::Vector3d from_camera_m = point.position_m - moment->position_odometry_m - axes * arm_m;
+  const Eigen::Vector2d ahead = deck_from_ned(from_camera_m.head<2>(), std::atan2(axes(1, 0), axes(0, 0)));
+  CarryTarget target;
+  target.slot = *record_.target;
+  target.from_camera_level_m = {ahead.y(), -ahead.x(), from_camera_m.z()};
+  target.covariance_ned_m2 = course->news().slots[slot].covariance_m2;
+  Eigen::Matrix3d level_from_ned = Eigen::Matrix3d::Identity();
+  const double heading_rad = std::atan2(axes(1, 0), axes(0, 0)), c = std::cos(heading_rad),
+               s = std::sin(heading_rad);
+  level_from_ned.topLeftCorner<2, 2>() << -s, c, -c, -s;  // right, back
+  target.covariance_level_m2 = level_from_ned * target.covariance_ned_m2 * level_from_ned.transpose();
+  target.ned_m = point.position_m + moment->ned_from_odometry_m;
+  target.velocity_ned_mps = point.velocity_mps;
+  target.age_s = course->age_s(utime);
+  return target;
+}
+
+bool Carry::expects_marks() const {
+  return record_.phase == Phase::approach || record_.phase == Phase::verify_drop;
+}
+
+}  // namespace stevedore

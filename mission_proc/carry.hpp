@@ -1,0 +1,242 @@
+// The carrying of cargoes: from what is seen and felt to the next step, and to where the aircraft should be.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/detection.hpp"
+#include "geometry/vehicle_history.hpp"
+#include "mission_proc/cargo_places.hpp"
+#include "mission_proc/carry_settings.hpp"
+#include "mission_proc/choice.hpp"
+#include "mission_proc/deck_path.hpp"
+#include "mission_proc/emergency.hpp"
+#include "mission_proc/hanging.hpp"
+#include "mission_proc/phases.hpp"
+
+namespace stevedore {
+
+// ---- what is told ----
+
+/// A mark of a frame, from the camera along the level frame's axes (right, back, down).
+struct LevelMark {
+  std::int64_t track_id = -1;
+  Label label = Label::unknown;
+  Eigen::Vector3d from_camera_level_m;
+  Eigen::Vector2d image_px = Eigen::Vector2d::Zero();
+};
+
+struct LevelFrame {
+  std::int64_t utime = 0;
+  std::vector<LevelMark> marks;  ///< measured in it
+};
+
+struct HookReport {
+  double load_n = 0;
+  bool closed = false;
+};
+
+struct AutopilotReport {
+  bool guided = false;
+  bool lands = false;  ///< by itself
+  bool landed = false;
+  double battery_share = 1;
+};
+
+// ---- what is kept over a restart ----
+
+struct DeliveredCargo {
+  SlotId slot;
+  double off_m = -1;  ///< of the cargo's axis from the circle's centre, as seen; -1: not seen
+};
+
+struct CarryRecord {
+  Phase phase = Phase::idle;
+  std::optional<SlotId> target;
+  bool loaded = false;
+  bool homeward = false;
+  int attempts = 0;
+  int written_off = 0;
+  std::vector<DeliveredCargo> delivered;
+  std::map<SlotId, int> failures;
+  Eigen::Vector3d home_ned_m = Eigen::Vector3d::Zero();
+};
+
+// ---- what comes out ----
+
+enum class Action { none, hover, go_to, descend, grab, release, climb, land };
+
+/// For the aircraft's own point, in the autopilot's NED as of the newest VEHICLE_STATE.
+struct Setpoint {
+  Eigen::Vector3d position_ned_m;
+  Eigen::Vector3d velocity_ned_mps;  ///< led by the aircraft's lag
+  double heading_rad = 0;
+};
+
+struct CarryTarget {
+  SlotId slot;
+  Eigen::Vector3d from_camera_level_m;  ///< circle's centre, at the frame's time
+  Eigen::Matrix3d covariance_level_m2;
+  Eigen::Matrix3d covariance_ned_m2;
+  Eigen::Vector3d ned_m;
+  Eigen::Vector3d velocity_ned_mps;
+  double age_s = 0;  ///< since its platform was seen
+};
+
+class Carry {
+ public:
+  explicit Carry(const CarrySettings& settings, const std::optional<CarryRecord>& restored = std::nullopt);
+
+  void hear(const VehicleSample& vehicle);
+  void hear(const HookReport& hook);
+  void hear(const AutopilotReport& autopilot);
+  void hear(const DeckNews& deck);
+  /// After the platforms of the same frame.
+  void see(const LevelFrame& frame);
+  void hear_laser(std::int64_t utime, double range_m) { watch_laser(utime, range_m); }
+
+  void start();
+  void hold();
+  void resume();
+  void abort();
+  void wish(SlotId slot) { wished_ = slot; }
+
+  [[nodiscard]] Phase phase() const { return record_.phase; }
+  [[nodiscard]] std::int64_t phase_utime() const { return phase_utime_; }
+  [[nodiscard]] Action action() const { return action_; }
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+  [[nodiscard]] const std::vector<SlotCandidate>& candidates() const { return candidates_; }
+  [[nodiscard]] std::vector<RaisedEmergency> emergencies() const { return board_.list(); }
+  [[nodiscard]] std::optional<Setpoint> setpoint() const;
+  [[nodiscard]] std::optional<CarryTarget> target(std::int64_t utime) const;
+  /// The circle that the tracker should hold on to: the one of the newest frame that lies where the target
+  /// does.
+  [[nodiscard]] std::optional<std::int64_t> target_track() const { return target_track_; }
+  /// To be written down whenever it has changed.
+  [[nodiscard]] const CarryRecord& record() const { return record_; }
+  [[nodiscard]] std::int64_t record_number() const { return record_number_; }
+  /// Marks should be in view now, or the target: else their absence is nothing to worry about.
+  [[nodiscard]] bool expects_marks() const;
+
+ private:
+  struct Goal {
+    Eigen::Vector3d aircraft_odometry_m;
+    Eigen::Vector3d velocity_mps;
+    double heading_rad;
+  };
+
+  // ---- one step of time ----
+  void tick();
+  void obey_autopilot();
+  std::optional<Event> look();
+  void fire(Event event);
+  void take_effect(Event event);
+  void fail_target();
+  void say(std::string reason) { reason_ = std::move(reason); }
+
+  // ---- what each phase waits for ----
+  std::optional<Event> look_in_take_off();
+  std::optional<Event> look_in_search();
+  std::optional<Event> look_in_approach();
+  std::optional<Event> look_in_descend();
+  std::optional<Event> look_in_load();
+  std::optional<Event> look_in_verify_load();
+  std::optional<Event> look_in_transit();
+  std::optional<Event> look_in_drop();
+  std::optional<Event> look_in_verify_drop();
+  std::optional<Event> look_in_retry();
+  std::optional<Event> look_in_go_home();
+  std::optional<Event> look_in_land();
+  std::optional<Event> none_left();
+
+  // ---- where things are ----
+  [[nodiscard]] const DeckPath* deck(int platform) const;
+  [[nodiscard]] int goal_platform() const;
+  /// The platform that comes next was in view a moment ago, and its circles are known.
+  [[nodiscard]] bool sees_deck() const;
+  /// Of the camera over a deck's middle.
+  [[nodiscard]] double camera_height_m(const DeckPath& course) const;
+  /// The target's platform is known, and its circles by number.
+  [[nodiscard]] bool has_target_place() const;
+  /// Where the hook is to be for the last step: at the handle, or where the cargo it carries stands on the
+  /// deck.
+  [[nodiscard]] PointPath hook_goal(std::int64_t utime) const;
+  [[nodiscard]] double hook_height_at(double camera_height_m) const;
+  [[nodiscard]] Eigen::Vector3d hook_odometry_m() const;
+  [[nodiscard]] double target_age_s() const;
+  [[nodiscard]] double in_phase_s() const { return static_cast<double>(utime_ - phase_utime_) * 1e-6; }
+  /// The hook against its goal: horizontal distance, height over it, relative speed.
+  struct Miss {
+    double horizontal_m, height_m, speed_mps;
+  };
+  [[nodiscard]] Miss miss() const;
+  void forget_circles_elsewhere(const DeckNews& report);
+  void look_for_pad(const LevelFrame& frame);
+  [[nodiscard]] Eigen::Vector3d odometry_of(const LevelMark& mark, const VehicleMoment& moment) const;
+
+  // ---- where the aircraft should be ----
+  void guide(double passed_s);
+  [[nodiscard]] std::optional<Goal> goal(double passed_s);
+  Goal over_target(double wanted_height_m, double rate_mps, double passed_s);
+  Goal over_deck(double height_m);
+  Goal over_home(double height_m);
+  Goal stay(double climb_rate_mps, double passed_s);
+  [[nodiscard]] Eigen::Vector2d feeling_about_m() const;
+  [[nodiscard]] double felt_height_m() const;
+  double deck_level_m(double now_m);
+  [[nodiscard]] double target_heading_rad() const;
+
+  void watch_laser(std::int64_t utime, double range_m);
+  void watch_frames(const LevelFrame& frame);
+  void watch_target();
+
+  CarrySettings settings_;
+  CarryRecord record_;
+  std::int64_t record_number_ = 0;
+  EmergencyBoard board_;
+  std::string reason_;
+  std::vector<SlotCandidate> candidates_;
+  Action action_ = Action::none;
+
+  std::int64_t utime_ = 0;  ///< of the newest VEHICLE_STATE
+  std::int64_t phase_utime_ = 0;
+  VehicleHistory vehicle_;
+  std::optional<VehicleMoment> now_;
+  Eigen::Vector3d velocity_mps_ =
+      Eigen::Vector3d::Zero();  ///< of the aircraft, smoothed over a fifth of a second
+  Hanging hanging_;
+  std::map<int, DeckPath> decks_;
+  CargoPlaces places_;
+  std::optional<HookReport> hook_;
+  std::optional<AutopilotReport> autopilot_;
+  double empty_load_n_ = 0;
+  int empty_readings_ = 0;
+  std::optional<SlotId> wished_;
+  std::optional<std::int64_t> target_track_;
+
+  std::optional<Eigen::Vector3d> home_odometry_m_;
+  std::optional<Eigen::Vector3d> pad_odometry_m_;  ///< its circle, as seen on the way home
+  std::int64_t pad_utime_ = 0;
+  std::optional<std::int64_t> aligned_since_;
+  std::optional<std::int64_t> light_since_;  ///< the hook bears too little
+  std::optional<std::int64_t> heavy_since_;
+  std::optional<std::int64_t> nothing_since_;  ///< nothing to choose
+  double height_m_ = 0;                        ///< of the hook over its goal, as commanded
+  double rise_mps_ = 0;                        ///< its rate
+  std::optional<Goal> goal_;
+  std::optional<Eigen::Vector3d> stay_odometry_m_;
+  double heading_rad_ = 0;                                         ///< wanted
+  bool closes_jaws_ = false, opens_jaws_ = false, lands_ = false;  ///< in this phase
+  std::optional<std::int64_t> closing_since_;
+  std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
+  double level_m_ = 0;                        ///< of the deck that is looked for, odometry z
+  std::int64_t level_utime_ = 0;
+  LevelFrame last_frame_;
+  std::int64_t unchanged_since_ = 0;
+};
+
+}  // namespace stevedore

@@ -1,0 +1,224 @@
+// Where the aircraft should be, and what it should do there.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mission_proc/carry.hpp"
+
+namespace stevedore {
+namespace {
+
+double seconds(std::int64_t us) {
+  return static_cast<double>(us) * 1e-6;
+}
+
+constexpr double climb_mps = 0.7;
+constexpr double lower_mps = 0.4;   // a deck's heave of 0.4 m at 6 s is as fast: never twice as fast together
+constexpr double touch_mps = 0.12;  // the last decimetres: well below what a hook may have against a handle
+/// A commanded height changes its rate no faster: a third of what the aircraft can, so that nothing swings.
+constexpr double smooth_mps2 = 0.4;
+/// A handle is felt for: up and down by this much about where it should be, in this time. The jaws need the
+/// handle within 0.06 m for 0.3 s: at 0.08 m/s it stays there long enough.
+constexpr double felt_m = 0.05, felt_turn_s = 4;
+constexpr double press_m = 0.06;  // below contact: a cargo that is to stand is lowered until it does
+
+/// Along a spiral with turns that far apart, the middle of each seen from the next one.
+Eigen::Vector2d spiral_m(double way_m, double apart_m) {
+  constexpr double widest_way_m = 250;  // then from the middle again
+  way_m = std::fmod(std::max(0.0, way_m), widest_way_m);
+  const double turn_rad = std::sqrt(4 * std::numbers::pi * way_m / apart_m);
+  const double radius_m = apart_m / (2 * std::numbers::pi) * turn_rad;
+  return radius_m * Eigen::Vector2d(std::cos(turn_rad), std::sin(turn_rad));
+}
+
+}  // namespace
+
+void Carry::guide(double passed_s) {
+  goal_ = goal(passed_s);
+  switch (record_.phase) {
+    case Phase::idle:
+    case Phase::complete:
+    case Phase::suspended:
+      action_ = Action::none;
+      break;
+    case Phase::hold:
+    case Phase::abort:
+      action_ = Action::hover;
+      break;
+    case Phase::take_off:
+    case Phase::verify_load:
+    case Phase::verify_drop:
+    case Phase::retry:
+      action_ = Action::climb;
+      break;
+    case Phase::search:
+    case Phase::approach:
+    case Phase::transit:
+    case Phase::go_home:
+      action_ = Action::go_to;
+      break;
+    case Phase::descend:
+      action_ = Action::descend;
+      break;
+    case Phase::load:
+      action_ = closes_jaws_ ? Action::grab : Action::descend;
+      break;
+    case Phase::drop:
+      action_ = opens_jaws_ ? Action::release : Action::descend;
+      break;
+    case Phase::land:
+      action_ = lands_ ? Action::land : Action::descend;
+      break;
+  }
+  const bool nothing_to_hold =
+      !record_.loaded && record_.phase != Phase::load && record_.phase != Phase::verify_load;
+  const bool in_charge = action_ != Action::none && action_ != Action::land;
+  if (in_charge && nothing_to_hold && hook_ && hook_->closed) action_ = Action::release;
+}
+
+std::optional<Carry::Goal> Carry::goal(double passed_s) {
+  const double clear_m = hook_height_at(settings_.approach_height_m);
+  switch (record_.phase) {
+    case Phase::idle:
+    case Phase::complete:
+    case Phase::suspended:
+      return std::nullopt;
+    case Phase::hold:
+    case Phase::abort:
+      return stay(0, 0);
+    case Phase::take_off:
+      return over_home(settings_.take_off_height_m);
+    case Phase::search:
+      return over_deck(sees_deck() ? settings_.inspect_height_m : settings_.search_height_m);
+    case Phase::transit:
+      return over_deck(settings_.transit_height_m);
+    case Phase::approach:
+      return over_target(clear_m, climb_mps, passed_s);
+    case Phase::descend:
+      return over_target(settings_.clearance_m, lower_mps, passed_s);
+    case Phase::load:
+      return over_target(closes_jaws_ ? felt_height_m() : 0, touch_mps, passed_s);
+    case Phase::drop:
+      return over_target(-press_m, touch_mps, passed_s);
+    case Phase::verify_load:
+    case Phase::verify_drop:
+    case Phase::retry:
+      return over_target(clear_m, climb_mps, passed_s);
+    case Phase::go_home:
+      return over_home(settings_.transit_height_m);
+    case Phase::land:
+      return over_home(settings_.land_height_m);
+  }
+  return std::nullopt;
+}
+
+Carry::Goal Carry::stay(double climb_rate_mps, double passed_s) {
+  if (!stay_odometry_m_) stay_odometry_m_ = now_->position_odometry_m;
+  stay_odometry_m_->z() -= climb_rate_mps * passed_s;
+  return {*stay_odometry_m_, {0, 0, -climb_rate_mps}, heading_rad_};
+}
+
+/// The hook over its goal. Lower only while the hook is inside a cone over it and the platform is in sight.
+Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double passed_s) {
+  if (!has_target_place()) return stay(climb_mps, passed_s);
+  const Miss off = miss();
+  const bool lowers = wanted_height_m < height_m_;
+  const bool may_lower = target_age_s() < settings_.oldest_s &&
+                         off.horizontal_m < settings_.aligned_m / 2 + 0.15 * std::max(0.0, height_m_);
+  double wanted_rise_mps = std::clamp(2 * (wanted_height_m - height_m_), -rate_mps, rate_mps);
+  if (lowers && !may_lower) wanted_rise_mps = 0;
+  rise_mps_ += std::clamp(wanted_rise_mps - rise_mps_, -smooth_mps2 * passed_s, smooth_mps2 * passed_s);
+  height_m_ += rise_mps_ * passed_s;
+  // a commanded height that the aircraft is far from would be made up for in one go
+  height_m_ = std::clamp(height_m_, off.height_m - 1.0, off.height_m + 1.0);
+
+  if (record_.phase != Phase::load && record_.phase != Phase::drop) heading_rad_ = target_heading_rad();
+  PointPath point = hook_goal(utime_);
+  if (record_.phase == Phase::load) point.position_m.head<2>() += feeling_about_m();
+  const auto lag_us = static_cast<std::int64_t>(settings_.lag_s * 1e6);
+  const Eigen::Vector3d velocity_mps = hook_goal(utime_ + lag_us).velocity_mps;
+  const Eigen::Vector3d hook_m = point.position_m - Eigen::Vector3d(0, 0, height_m_);
+  const bool close = std::abs(off.height_m) < 0.10 && off.horizontal_m < settings_.grab_m;
+  if (record_.phase == Phase::load && close && target_age_s() < settings_.oldest_s && !closes_jaws_) {
+    closes_jaws_ = true;
+    closing_since_ = utime_;
+  }
+  const bool stands = light_since_ && seconds(utime_ - *light_since_) > 0.2;
+  const bool over_circle = off.horizontal_m < settings_.release_m && target_age_s() < settings_.oldest_s;
+  if (record_.phase == Phase::drop && (stands || off.height_m < 0.02) && over_circle) opens_jaws_ = true;
+  return {hook_m - hanging_.hook_ned_m(record_.loaded), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_),
+          heading_rad_};
+}
+
+/// The jaws feel for a handle that is not where it was thought: a slow spiral out to where they could just
+/// miss.
+Eigen::Vector2d Carry::feeling_about_m() const {
+  constexpr double patience_s = 5, turn_s = 5, widest_m = 0.08, growth_mps = 0.01;
+  const double felt_s = closes_jaws_ ? seconds(utime_ - *closing_since_) - patience_s : 0;
+  if (felt_s <= 0) return Eigen::Vector2d::Zero();
+  const double angle_rad = 2 * std::numbers::pi * felt_s / turn_s;
+  return std::min(widest_m, growth_mps * felt_s) * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
+}
+
+double Carry::felt_height_m() const {
+  return -felt_m * std::sin(2 * std::numbers::pi / felt_turn_s * seconds(utime_ - *closing_since_));
+}
+
+/// The camera over the middle of the platform that comes next, and when that is not in view, along a spiral
+/// about where it is thought to be.
+Carry::Goal Carry::over_deck(double height_m) {
+  constexpr double spiral_mps = 1.5, turns_apart_m = 6;  // from 7 m the image is 10 m high
+  const DeckPath* course = deck(goal_platform());
+  const bool seen = sees_deck();
+  if (seen || !search_utime_) search_utime_ = utime_;
+  const Eigen::Vector3d place_m = course             ? course->center(utime_).position_m
+                                  : home_odometry_m_ ? *home_odometry_m_
+                                                     : now_->position_odometry_m;
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  if (course) velocity_mps.head<2>() = course->center(utime_).velocity_mps.head<2>();
+  const Eigen::Vector2d ahead(std::cos(heading_rad_), std::sin(heading_rad_));
+  Eigen::Vector3d aircraft_m = place_m;
+  if (!seen)
+    aircraft_m.head<2>() += spiral_m(spiral_mps * (seconds(utime_ - *search_utime_) - 4), turns_apart_m);
+  aircraft_m.head<2>() -= settings_.camera_forward_m * ahead;
+  aircraft_m.z() = deck_level_m(place_m.z()) - height_m - settings_.camera_down_m;
+  return {aircraft_m, velocity_mps, heading_rad_};
+}
+
+/// A deck's mean height: its heave is not followed from far above.
+double Carry::deck_level_m(double now_m) {
+  constexpr double mean_over_s = 6;
+  const bool first = level_utime_ == 0 || utime_ - level_utime_ > 1'000'000;
+  const double share = first ? 1 : std::min(1.0, seconds(utime_ - level_utime_) / mean_over_s);
+  level_utime_ = utime_;
+  level_m_ += share * (now_m - level_m_);
+  return level_m_;
+}
+
+Carry::Goal Carry::over_home(double height_m) {
+  const Eigen::Vector3d home_m =
+      pad_odometry_m_.value_or(home_odometry_m_.value_or(now_->position_odometry_m));
+  Eigen::Vector3d aircraft_m = home_m;
+  const bool lands = record_.phase == Phase::land;
+  const double over_m = home_m.z() - now_->position_odometry_m.z();
+  // the pad's height is known where its circle is in view; where the aircraft once stood, else
+  aircraft_m.z() -= height_m;
+  double sink_mps = 0;
+  if (lands) {
+    aircraft_m.z() = std::max(aircraft_m.z(), now_->position_odometry_m.z() + 0.3);
+    sink_mps = over_m > height_m + 0.2 ? lower_mps : 0;
+    if (over_m < height_m + 0.3) lands_ = true;
+  }
+  return {aircraft_m, {0, 0, sink_mps}, heading_rad_};
+}
+
+/// From the target towards the deck's middle: the camera, ahead of the hook, then looks at the other circles
+/// when the target's own is below the nose.
+double Carry::target_heading_rad() const {
+  const DeckPath& course = *deck(record_.target->platform);
+  const Eigen::Vector2d place_m = course.place_of(static_cast<std::size_t>(record_.target->slot));
+  const Eigen::Vector2d inwards = -ned_from_deck(place_m, course.heading_rad(utime_));
+  return std::atan2(inwards.y(), inwards.x());
+}
+
+}  // namespace stevedore

@@ -1,0 +1,98 @@
+#include "mission_proc/choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace stevedore {
+namespace {
+
+constexpr double failure_m = 3, neighbour_m = 0.5, unseen_mps = 0.2, most_unseen_m = 2, doubt_m = 2,
+                 kept_m = 1;
+constexpr double sure = 0.8;  // confidence: one of five such decks would be judged wrong at worst
+
+const char* word(SlotCondition condition) {
+  switch (condition) {
+    case SlotCondition::unknown:
+      return "nobody knows yet whether a cargo stands in it";
+    case SlotCondition::empty:
+      return "no cargo stands in it";
+    case SlotCondition::occupied:
+      return "a cargo stands in it";
+    case SlotCondition::misplaced:
+      return "a cargo stands across its edge";
+  }
+  return "";
+}
+
+std::string objection(const SlotReport& slot, const ChoiceInputs& inputs, int failures) {
+  const SlotCondition wanted = inputs.loaded ? SlotCondition::empty : SlotCondition::occupied;
+  if (slot.condition != wanted) return word(slot.condition);
+  if (slot.confidence < sure)
+    return fmt::format("{}, but only {:.0f} % sure", word(slot.condition), 100 * slot.confidence);
+  if (failures >= inputs.most_failures) return fmt::format("left alone after {} failures", failures);
+  return {};
+}
+
+/// Circles so near that a cargo in them is in the way: the nearest ones, not those across a square (1.41
+/// times as far).
+int occupied_neighbours(const DeckPath& deck, std::size_t slot) {
+  const auto& slots = deck.news().slots;
+  double nearest_m = 1e9;
+  for (std::size_t i = 0; i < slots.size(); ++i)
+    if (i != slot) nearest_m = std::min(nearest_m, (deck.place_of(i) - deck.place_of(slot)).norm());
+  int count = 0;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const bool next = i != slot && (deck.place_of(i) - deck.place_of(slot)).norm() < 1.3 * nearest_m;
+    if (next && slots[i].condition != SlotCondition::empty) ++count;
+  }
+  return count;
+}
+
+void weigh(SlotCandidate& candidate, const ChoiceInputs& inputs, int failures) {
+  const DeckPath& deck = *inputs.deck;
+  const auto index = static_cast<std::size_t>(candidate.slot.slot);
+  const SlotReport& slot = deck.news().slots[index];
+  const double way_m =
+      (deck.point(deck.place_of(index), 0, inputs.utime).position_m.head<2>() - inputs.hook_odometry_m)
+          .norm();
+  const int neighbours = occupied_neighbours(deck, index);
+  const double unseen_s =
+      slot.seen_utime < 0 ? 1e9 : static_cast<double>(inputs.utime - slot.seen_utime) * 1e-6;
+  const bool kept = inputs.kept == candidate.slot;
+  candidate.cost = way_m + failure_m * failures + neighbour_m * neighbours +
+                   std::min(most_unseen_m, unseen_mps * std::max(0.0, unseen_s)) +
+                   doubt_m * (1 - slot.confidence) - (kept ? kept_m : 0);
+  candidate.reason =
+      fmt::format("{}: {:.1f} m away, {} occupied beside it, {} failures{}", word(slot.condition), way_m,
+                  neighbours, failures, kept ? ", chosen before" : "");
+}
+
+}  // namespace
+
+std::vector<SlotCandidate> weigh_slots(const ChoiceInputs& inputs) {
+  std::vector<SlotCandidate> candidates;
+  if (!inputs.deck) return candidates;
+  const auto& slots = inputs.deck->news().slots;
+  SlotCandidate* best = nullptr;
+  candidates.reserve(slots.size());
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    SlotCandidate& candidate = candidates.emplace_back();
+    candidate.slot = {inputs.deck->news().platform, static_cast<int>(i)};
+    const int failures = i < inputs.failures.size() ? inputs.failures[i] : 0;
+    weigh(candidate, inputs, failures);
+    const std::string against = objection(slots[i], inputs, failures);
+    candidate.eligible = against.empty();
+    if (!candidate.eligible) candidate.reason = against;
+    const bool wished = inputs.wished == candidate.slot;
+    if (wished && candidate.eligible) {
+      candidate.cost -= 1000;
+      candidate.reason += ", the operator's choice";
+    }
+    if (candidate.eligible && (!best || candidate.cost < best->cost)) best = &candidate;
+  }
+  if (best) best->chosen = true;
+  return candidates;
+}
+
+}  // namespace stevedore
