@@ -51,11 +51,12 @@ void LcmBus::transmit(const std::string& channel, const std::vector<uint8_t>& by
 }
 
 void LcmBus::listen(const std::string& channel) {
-  lcm_->subscribe(channel, &LcmBus::on_message, this)->setQueueCapacity(queue_capacity);
+  // a plain function: under its sanitizers gcc 12 calls pointers to members with the wrong object
+  lcm_->subscribeFunction(channel, &LcmBus::on_message, this)->setQueueCapacity(queue_capacity);
 }
 
-void LcmBus::on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel) {
-  receive(channel, buffer->data, buffer->data_size);
+void LcmBus::on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel, LcmBus* bus) {
+  bus->receive(channel, buffer->data, buffer->data_size);
 }
 
 }  // namespace stevedore

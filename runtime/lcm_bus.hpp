@@ -33,7 +33,7 @@ class LcmBus final : public Bus {
  private:
   void transmit(const std::string& channel, const std::vector<uint8_t>& bytes) override;
   void listen(const std::string& channel) override;
-  void on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel);
+  static void on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel, LcmBus* bus);
 
   std::unique_ptr<::lcm::LCM> lcm_;
 };
