@@ -9,6 +9,7 @@
 #include "detector_proc/ellipse_search.hpp"
 #include "detector_proc/mark_grouping.hpp"
 #include "detector_proc/mark_meaning.hpp"
+#include "detector_proc/rim_search.hpp"
 #include "detector_proc/ring_search.hpp"
 #include "detector_proc/subpixel_fit.hpp"
 
@@ -140,6 +141,50 @@ double mismatch(const Ellipse& e, const Ellipse& expected) {
          std::abs(std::log(e.a_px / expected.a_px)) + std::abs(std::log(e.b_px / expected.b_px)) / 2;
 }
 
+bool about_the_same(const Ellipse& a, const Ellipse& b) {
+  return std::hypot(a.u_px - b.u_px, a.v_px - b.v_px) < 0.3 * b.b_px && a.b_px < 1.4 * b.b_px &&
+         b.b_px < 1.4 * a.b_px;
+}
+
+bool is_within(const Ellipse& inner, const Ellipse& outer) {
+  return normalized_radius_squared(outer, {inner.u_px, inner.v_px}) < 1 && inner.b_px < 0.6 * outer.b_px;
+}
+
+/// Circles whose rims are large enough to be told from letters are searched for one. What was taken for a rim
+/// in them, and is not, has no meaning.
+void add_rims(const cv::Mat& image, std::vector<Detection>& found) {
+  constexpr double least_semi_minor_px = 15;  // a rim of 5 px
+  const std::size_t count = found.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Ellipse circle = found[i].outer.ellipse;
+    if (found[i].label != Label::circle || circle.b_px < least_semi_minor_px) continue;
+    const RimSearch search = look_for_rim(image, circle, found[i].inner);
+    found[i].occupied.reset();
+    if (search.rim || !search.may_hide_one) found[i].occupied = search.rim.has_value();
+    for (Detection& d : found)
+      if (d.label == Label::cargo && is_within(d.outer.ellipse, circle)) d.label = Label::unknown;
+    if (!search.rim) continue;
+    const auto same = std::find_if(found.begin(), found.end(), [&](const Detection& d) {
+      return about_the_same(d.outer.ellipse, search.rim->fit.ellipse);
+    });
+    if (same != found.end()) {
+      same->label = Label::cargo;
+      same->occupied.reset();
+      continue;
+    }
+    Detection rim;
+    rim.outer = search.rim->fit;
+    rim.coverage = search.rim->coverage;
+    rim.error = search.rim->error;
+    rim.kind = Kind::partial;
+    rim.label = Label::cargo;
+    found.push_back(std::move(rim));
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Detection& a, const Detection& b) {
+    return a.outer.ellipse.a_px * a.outer.ellipse.b_px > b.outer.ellipse.a_px * b.outer.ellipse.b_px;
+  });
+}
+
 }  // namespace
 
 std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
@@ -192,6 +237,7 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
     d.occupied = meanings[k].occupied;
     found.push_back(std::move(d));
   }
+  add_rims(image, found);
   return found;
 }
 

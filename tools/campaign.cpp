@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 
 #include "lcmtypes/names.hpp"
 #include "runtime/command_line.hpp"
@@ -13,6 +14,7 @@
 using namespace stevedore;
 
 int main(int argc, char** argv) {
+  cv::setNumThreads(1);
   return guarded_main([&] {
     CLI::App app("Flies whole missions in the simulated world, in lock step.");
     std::string config_path, log;

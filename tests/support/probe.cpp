@@ -194,8 +194,9 @@ int judge_world(const std::string& log) {
       "found, centres %.2f px p50, %.2f px p99 from truth\n",
       percentile(off_level_deg, 0.5), level_deg, off_level_deg.size(), off_px.size(), circles, median_px,
       percentile(off_px, 0.99));
-  // a detector that is led astray by what crosses a ring errs by 2 px; a frame that was not rectified by 14
-  const bool level = level_deg >= 0 && level_deg < 3, same_pixels = median_px >= 0 && median_px < 2.5;
+  // half a pixel: a detector that is led astray by what crosses a ring errs by 2; a frame that was not
+  // rectified by 14
+  const bool level = level_deg >= 0 && level_deg < 3, same_pixels = median_px >= 0 && median_px < 0.5;
   return level && same_pixels ? 0 : 1;
 }
 

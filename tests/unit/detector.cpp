@@ -162,16 +162,62 @@ TEST_CASE("an ellipse in a circle that no parallel circle looks like is no cargo
   const auto found = Detector().detect(image);
   REQUIRE(found.size() == 2);
   CHECK(found[0].label == Label::circle);
-  CHECK_FALSE(found[0].occupied);
+  CHECK(found[0].occupied == false);
   CHECK(found[1].label == Label::unknown);
 }
 
-TEST_CASE("something in a circle that is no ellipse: can't tell") {
+TEST_CASE("a line across a circle is no cargo") {
   cv::Mat image = disc_scene({160, 120, 80, 70, 0});
   cv::line(image, {130, 120}, {190, 120}, cv::Scalar::all(40), 9);
   const auto found = Detector().detect(image);
   REQUIRE(found.size() == 1);
   CHECK(found[0].label == Label::circle);
+  CHECK(found[0].occupied == false);
+}
+
+TEST_CASE("a ring painted in a circle, of the ground's colour or the paint's, is no cargo") {
+  const cv::Scalar ground(70, 90, 80), white(220, 225, 230), blue(190, 80, 40);
+  for (const bool disc : {true, false}) {
+    for (const cv::Scalar& stroke : {ground, blue}) {
+      cv::Mat image(240, 320, CV_8UC3, ground);
+      paint(image, {160, 120, 80, 76, 0.3}, white);
+      if (!disc) paint(image, {160, 120, 64, 61, 0.3}, ground);
+      paint(image, {160, 120, 34, 32, 0.3}, stroke == ground && !disc ? white : stroke);
+      paint(image, {160, 120, 27, 25.5, 0.3}, disc ? white : ground);
+      const auto found = Detector().detect(image);
+      INFO((disc ? "disc" : "ring") << ", stroke " << stroke[0]);
+      REQUIRE(!found.empty());
+      CHECK(found[0].label == Label::circle);
+      CHECK(found[0].occupied == false);
+      for (const Detection& d : found) CHECK(d.label != Label::cargo);
+    }
+  }
+}
+
+TEST_CASE("a cargo off the middle of a disc, half in shadow, with its handle, is seen") {
+  cv::Mat image(240, 320, CV_8UC3, cv::Scalar(70, 90, 80));
+  paint(image, {160, 120, 80, 76, 0}, cv::Scalar(40, 170, 220));
+  const Ellipse rim{190, 110, 28, 26.6, 0};
+  paint(image, rim, cv::Scalar(150, 60, 40));
+  paint(image, {190, 110, 24, 22.8, 0}, cv::Scalar(70, 30, 20));
+  paint(image, {184, 104, 14, 13, 0}, cv::Scalar(120, 50, 30));
+  cv::line(image, {163, 112}, {217, 108}, cv::Scalar::all(200), 2);
+  const auto found = Detector().detect(image);
+  REQUIRE(found.size() >= 2);
+  CHECK(found[0].label == Label::circle);
+  CHECK(found[0].occupied == true);
+  const auto cargo =
+      std::find_if(found.begin(), found.end(), [](const Detection& d) { return d.label == Label::cargo; });
+  REQUIRE(cargo != found.end());
+  CHECK(std::hypot(cargo->outer.ellipse.u_px - rim.u_px, cargo->outer.ellipse.v_px - rim.v_px) < 3);
+  CHECK(cargo->outer.ellipse.a_px == Approx(rim.a_px).epsilon(0.2));
+}
+
+TEST_CASE("of a circle of which a third is out of view there is no telling that it is empty") {
+  cv::Mat image(240, 320, CV_8UC3, cv::Scalar(70, 90, 80));
+  paint(image, {22, 120, 80, 76, 0}, cv::Scalar(40, 170, 220));
+  const auto found = Detector().detect(image);
+  REQUIRE(found.size() == 1);
   CHECK_FALSE(found[0].occupied);
 }
 
