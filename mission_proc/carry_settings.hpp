@@ -43,7 +43,7 @@ struct CarrySettings {
   double clearance_m = 0.35;  // of the hook over the handle, of the cargo over the deck, before the last step
   double aligned_m = 0.15;
   double aligned_s = 1.0;  // half a period of the hook's swing
-  double grab_m = 0.06;    // the hook takes hold within 0.08 m: the rest is for what is not known
+  double grab_m = 0.045;   // the hook holds well within 0.06 m: the rest is for what is not known
   double release_m = 0.10;
   double oldest_s =
       1.0;  // a deck that was not seen for so long is 0.05 m/s x 1 s off, a good half of the gate

@@ -18,6 +18,7 @@ namespace stevedore {
 
 struct MissionSettings {
   std::string job = "watch";
+  std::string journal;
   CarrySettings carry;
   double min_coverage = 0.6;
   int min_age_frames = 3;
@@ -38,6 +39,9 @@ void describe(MissionSettings& s, Visitor& visit) {
   visit.choice(
       "job", s.job, {"watch", "carry"},
       "watch: choose a circle and say where it is; carry: bring the cargoes of one platform to another");
+  visit("journal", s.journal,
+        "file for what carrying goes on from after a restart; a new flight needs a new one; empty: it begins "
+        "anew");
   describe(s.carry, visit);
   visit(
       "min_coverage", s.min_coverage, 0.0, 1.0, "1",
