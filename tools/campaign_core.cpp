@@ -1,41 +1,25 @@
 #include "tools/campaign_core.hpp"
 
-#include <cmath>
+#include <optional>
 #include <set>
 
 #include "lcmtypes/names.hpp"
-#include "mission_proc/mission.hpp"
+#include "tools/deliveries.hpp"
 
 namespace stevedore {
-namespace {
-
-void judge(const truth_t& truth, int drop_platform, MissionOutcome& outcome) {
-  for (const truth_cargo_t& cargo : truth.cargoes) {
-    if (cargo.platform != drop_platform || cargo.slot < 0 || cargo.tipped || cargo.on_hook) continue;
-    ++outcome.delivered;
-    for (const truth_circle_t& circle : truth.circles) {
-      if (circle.platform != cargo.platform || circle.slot != cargo.slot) continue;
-      const double north_m = cargo.center_ned_m[0] - circle.center_ned_m[0],
-                   east_m = cargo.center_ned_m[1] - circle.center_ned_m[1];
-      outcome.drop_error_m.push_back(std::hypot(north_m, east_m));
-    }
-  }
-}
-
-}  // namespace
-
 MissionOutcome fly_mission(LockStep& flight, const Config& config, double longest_s,
                            const std::function<void(double, const mission_t&)>& say) {
   const auto sim = config.section<SimSettings>("sim");
-  const auto carry = config.section<MissionSettings>("mission").carry;
   MissionOutcome outcome;
   outcome.seed = sim.seed;
   outcome.sea_state = sim.sea_state;
   outcome.wanted = sim.cargoes;
+  std::optional<truth_t> start;
   std::set<std::int16_t> raised;
   std::string last;
   while (flight.time_s() < longest_s && flight.mission().phase != mission_t::PHASE_COMPLETE) {
     flight.step();
+    if (!start && flight.truth().cargo_count > 0) start = flight.truth();
     const mission_t& mission = flight.mission();
     outcome.phase = phase_name(mission.phase);
     outcome.seconds_in[outcome.phase] += 0.005;
@@ -52,7 +36,8 @@ MissionOutcome fly_mission(LockStep& flight, const Config& config, double longes
   outcome.duration_s = flight.time_s();
   outcome.told_delivered = flight.mission().delivered;
   outcome.attempts = flight.mission().attempts;
-  judge(flight.truth(), carry.drop_platform, outcome);
+  outcome.drop_error_m = start ? drop_errors_m(*start, flight.truth()) : std::vector<double>{};
+  outcome.delivered = static_cast<int>(outcome.drop_error_m.size());
   if (outcome.delivered < outcome.wanted) outcome.cause = flight.mission().reason;
   return outcome;
 }

@@ -8,6 +8,9 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "lcmtypes/names.hpp"
+#include "tools/deliveries.hpp"
+
 namespace stevedore {
 namespace {
 
@@ -79,6 +82,33 @@ void LogSummary::add_output(const LogEvent& event, const Channel<M>& channel) {
   if constexpr (std::is_same_v<M, tracks_t>) {
     if (message->target_status == track_t::STATUS_TRACKING) tracked_utimes_.insert(header.utime);
   }
+  if constexpr (std::is_same_v<M, mission_t>) add_mission(*message);
+}
+
+void LogSummary::add_mission(const mission_t& mission) {
+  const int64_t utime = mission.header.utime;
+  if (mission.has_setpoint) flown_since_utime_ = std::min(flown_since_utime_.value_or(utime), utime);
+  if (mission.phase == mission_t::PHASE_COMPLETE)
+    complete_utime_ = std::min(complete_utime_.value_or(utime), utime);
+  if (!newest_mission_ || newest_mission_->header.utime <= utime) newest_mission_ = mission;
+}
+
+void LogSummary::add_truth(truth_t truth) {
+  if (!first_truth_ || truth.header.utime < first_truth_->header.utime) first_truth_ = truth;
+  if (!newest_truth_ || newest_truth_->header.utime <= truth.header.utime) newest_truth_ = std::move(truth);
+}
+
+std::optional<MissionReport> LogSummary::mission_report() const {
+  if (!flown_since_utime_) return std::nullopt;
+  MissionReport report;
+  report.phase = phase_name(newest_mission_->phase);
+  report.reason = newest_mission_->reason;
+  report.told_delivered = newest_mission_->delivered;
+  report.attempts = newest_mission_->attempts;
+  const int64_t end_utime = complete_utime_.value_or(newest_mission_->header.utime);
+  report.flown_s = static_cast<double>(end_utime - *flown_since_utime_) * 1e-6;
+  if (newest_truth_) report.drop_error_m = drop_errors_m(*first_truth_, *newest_truth_);
+  return report;
 }
 
 void LogSummary::add(const LogEvent& event) {
@@ -89,6 +119,11 @@ void LogSummary::add(const LogEvent& event) {
   if (event.channel == channels::tracks.name) return add_output(event, channels::tracks);
   if (event.channel == channels::poses.name) return add_output(event, channels::poses);
   if (event.channel == channels::mission.name) return add_output(event, channels::mission);
+  if (event.channel == channels::truth.name) {
+    if (auto truth = decode(event, channels::truth)) return add_truth(std::move(*truth));
+    ++unreadable_;
+    return;
+  }
   if (event.channel != channels::health.name) return;
   if (const auto health = decode(event, channels::health)) {
     add_health(*health);
@@ -246,6 +281,7 @@ Report LogSummary::report() const {
   for (const auto& [channel, outputs] : outputs_) report.missing_in_log += missing(outputs);
   report.unreadable = unreadable_;
   report.camera_drops = camera_drops();
+  report.mission = mission_report();
   for (const auto& [process, runs] : health_.processes()) {
     const auto of_process = [&name = process](const StageReport& stage) { return stage.process == name; };
     const bool in_line = std::any_of(report.stages.begin(), report.stages.end(), of_process);
@@ -338,21 +374,51 @@ nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
       if (process.cpu_share) cpu_share[process.process] = *process.cpu_share;
     }
   }
-  return {{"log", log},
-          {"duration_s", report.duration_s},
-          {"frames", report.frames},
-          {"frames_lost", report.frames_lost},
-          {"frames_skipped", report.frames_skipped},
-          {"camera_drops", report.camera_drops},
-          {"messages_lost", report.messages_lost},
-          {"tracked", report.tracked},
-          {"answered", report.answered},
-          {"latency_ms", to_json(report.latency)},
-          {"stages", stages},
-          {"cpu_share", cpu_share},
-          {"missing_in_log", report.missing_in_log},
-          {"unreadable", report.unreadable}};
+  nlohmann::ordered_json json{{"log", log},
+                              {"duration_s", report.duration_s},
+                              {"frames", report.frames},
+                              {"frames_lost", report.frames_lost},
+                              {"frames_skipped", report.frames_skipped},
+                              {"camera_drops", report.camera_drops},
+                              {"messages_lost", report.messages_lost},
+                              {"tracked", report.tracked},
+                              {"answered", report.answered},
+                              {"latency_ms", to_json(report.latency)},
+                              {"stages", stages},
+                              {"cpu_share", cpu_share},
+                              {"missing_in_log", report.missing_in_log},
+                              {"unreadable", report.unreadable}};
+  if (const auto& mission = report.mission) {
+    json["phase"] = mission->phase;
+    json["told_delivered"] = mission->told_delivered;
+    json["attempts"] = mission->attempts;
+    json["flown_s"] = mission->flown_s;
+    if (mission->drop_error_m) {
+      json["delivered"] = mission->drop_error_m->size();
+      json["drop_error_m"] = *mission->drop_error_m;
+    }
+  }
+  return json;
 }
+
+namespace {
+
+std::string to_text(const MissionReport& mission) {
+  std::string text = fmt::format("Mission: {} after {:.0f} s, {} delivered in {} attempts", mission.phase,
+                                 mission.flown_s, mission.told_delivered, mission.attempts);
+  if (!mission.reason.empty()) text += fmt::format(" ({})", mission.reason);
+  text += ".\n";
+  if (!mission.drop_error_m) return text;
+  text += fmt::format("In truth {} of the cargoes moved to a circle of another platform",
+                      mission.drop_error_m->size());
+  std::string errors;
+  for (const double error_m : *mission.drop_error_m)
+    errors += fmt::format("{}{:.2f}", errors.empty() ? "" : ", ", error_m);
+  if (!errors.empty()) text += fmt::format(", {} m off the middle", errors);
+  return text + ".\n";
+}
+
+}  // namespace
 
 std::string to_text(const Report& report) {
   std::string text = fmt::format(fmt::runtime(row_format), "", "in", "out", "lost", "skipped", "kernel drops",
@@ -370,6 +436,7 @@ std::string to_text(const Report& report) {
     text += fmt::format("Capture to MISSION: {} ms (p50), {} ms (p99).\n", to_text(report.latency->p50_ms),
                         to_text(report.latency->p99_ms));
   }
+  if (report.mission) text += to_text(*report.mission);
   return text + remarks(report);
 }
 

@@ -82,6 +82,17 @@ struct StageReport {
   std::optional<double> cpu_share;  ///< of one core, mean over the run; nothing: not told
 };
 
+/// What a mission that flew the aircraft did.
+struct MissionReport {
+  std::string phase;  ///< the last
+  std::string reason;
+  int told_delivered = 0;  ///< by MISSION
+  int attempts = 0;
+  double flown_s = 0;  ///< from the first set-point to the end of the mission, or of the log
+  std::optional<std::vector<double>>
+      drop_error_m;  ///< by TRUTH, of every cargo that was brought; nothing: no TRUTH
+};
+
 struct Report {
   double duration_s = 0;  ///< from the log's first event to its last
   int64_t frames = 0;     ///< published by the camera
@@ -94,9 +105,10 @@ struct Report {
   std::optional<Percentiles> latency;  ///< capture to MISSION
   std::vector<StageReport> stages;     ///< in the line's order
   std::vector<StageReport> beside;     ///< processes that no frame goes through
-  int64_t unexplained = 0;             ///< unanswered though no process counted them
-  int64_t missing_in_log = 0;          ///< messages of the line that were published but not logged
-  int64_t unreadable = 0;              ///< messages on this system's channels that are not of its types
+  std::optional<MissionReport> mission;
+  int64_t unexplained = 0;     ///< unanswered though no process counted them
+  int64_t missing_in_log = 0;  ///< messages of the line that were published but not logged
+  int64_t unreadable = 0;      ///< messages on this system's channels that are not of its types
 };
 
 /// Fed with a log's events in any order.
@@ -114,6 +126,9 @@ class LogSummary {
   template <class M>
   void add_output(const LogEvent& event, const Channel<M>& channel);
   void add_health(const health_t& health);
+  void add_mission(const mission_t& mission);
+  void add_truth(truth_t truth);
+  [[nodiscard]] std::optional<MissionReport> mission_report() const;
   [[nodiscard]] StageReport stage_report(const StageLine& line) const;
   [[nodiscard]] StageReport beside_report(const std::string& process) const;
   [[nodiscard]] int64_t camera_drops() const;
@@ -124,6 +139,9 @@ class LogSummary {
   std::optional<int64_t> first_utime_;
   int64_t last_utime_ = 0;
   std::map<std::string, Outputs> outputs_;  ///< by channel
+  std::optional<mission_t> newest_mission_;
+  std::optional<int64_t> flown_since_utime_, complete_utime_;
+  std::optional<truth_t> first_truth_, newest_truth_;
   std::set<int64_t> tracked_utimes_;
   HealthBook health_;
   std::map<std::string, std::vector<double>> cpu_shares_;  ///< by process, of each HEALTH

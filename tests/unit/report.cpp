@@ -546,3 +546,55 @@ TEST_CASE("a process in trouble is told once, and once when it is well again") {
   view.on_health(message, 3 * second);
   CHECK(view.take_news() == std::vector<std::string>{"pose_proc is well again"});
 }
+
+TEST_CASE("a mission that flew is told: by itself, and by TRUTH") {
+  SyntheticLog log;
+  const auto truth = [](std::vector<int> platforms, double off_m) {
+    truth_t message{};
+    message.circles.resize(1);
+    message.circle_count = 1;
+    message.circles[0].platform = 1;
+    message.circles[0].slot = 2;
+    message.circles[0].radius_m = 0.5;
+    message.circles[0].normal_ned[2] = -1;
+    for (const int platform : platforms) {
+      truth_cargo_t cargo{};
+      cargo.index = static_cast<int16_t>(message.cargoes.size());
+      cargo.platform = static_cast<int16_t>(platform);
+      cargo.slot = platform == 1 ? 2 : 0;
+      cargo.center_ned_m[0] = off_m;
+      cargo.axis_ned[2] = -1;
+      cargo.radius_m = 0.16;
+      message.cargoes.push_back(cargo);
+    }
+    message.cargo_count = static_cast<int16_t>(message.cargoes.size());
+    message.ned_from_body[0] = message.ned_from_camera[0] = 1;
+    return message;
+  };
+  const auto flown = [](int8_t phase, int16_t delivered) {
+    mission_t message = mission();
+    message.has_setpoint = true;
+    message.phase = phase;
+    message.delivered = delivered;
+    message.attempts = 3;
+    return message;
+  };
+  for (int64_t k = 0; k < 4; ++k) publish_line(log, k);
+  CHECK_FALSE(log.report().mission);
+  log.publish(channels::truth, truth({0, 0, 1}, 0), camera, 1'000'000, 0, 1'000'000);
+  log.publish(channels::mission, flown(mission_t::PHASE_SEARCH, 0), again, 2'000'000, -1, 2'000'000);
+  log.publish(channels::mission, flown(mission_t::PHASE_COMPLETE, 1), again, 62'000'000, -1, 62'000'000);
+  log.publish(channels::mission, flown(mission_t::PHASE_COMPLETE, 1), again, 70'000'000, -1, 70'000'000);
+  log.publish(channels::truth, truth({1, 0, 1}, 0.07), camera, 70'000'000, 1, 70'000'000);
+  const auto report = log.report();
+  REQUIRE(report.mission);
+  CHECK(report.mission->phase == "complete");
+  CHECK(report.mission->told_delivered == 1);
+  CHECK(report.mission->attempts == 3);
+  CHECK(report.mission->flown_s == Approx(60));
+  REQUIRE(report.mission->drop_error_m);
+  REQUIRE(report.mission->drop_error_m->size() == 1);  // the third cargo stood there from the start
+  CHECK(report.mission->drop_error_m->front() == Approx(0.07));
+  CHECK(to_json(report, "log")["delivered"] == 1);
+  CHECK(to_text(report).find("1 delivered in 3 attempts") != std::string::npos);
+}
