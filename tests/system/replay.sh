@@ -42,7 +42,7 @@ stop logger INT
 start_line --config "$config"
 start record "$bin/record" --config "$config" --out "$scratch/played.lcm"
 wait_log record running
-start logplayer lcm-logplayer --lcm-url "udpm://239.255.76.67:7667?ttl=0" "$scratch/frames.lcm"
+start logplayer lcm-logplayer --speed=0.5 --lcm-url "udpm://239.255.76.67:7667?ttl=0" "$scratch/frames.lcm"
 "$tests/probe" wait MISSION 50
 stop detector_proc KILL
 rm "$scratch/detector_proc.log"
