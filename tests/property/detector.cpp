@@ -3,12 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstring>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "tests/support/same_detections.hpp"
 #include "tests/unit/detector_scene.hpp"
 
 using namespace stevedore;
@@ -127,15 +127,7 @@ TEST_CASE("the same frame gives the same to the bit, after any other") {
   for (int i = 0; i < 10; ++i) {
     const Scene scene = random_scene(random, 25);
     const auto first = Detector().detect(scene.image), second = used.detect(scene.image.clone());
-    REQUIRE(first.size() == second.size());
-    for (std::size_t k = 0; k < first.size(); ++k) {
-      CHECK(std::memcmp(&first[k].outer.ellipse, &second[k].outer.ellipse, sizeof(Ellipse)) == 0);
-      CHECK(first[k].outer.covariance == second[k].outer.covariance);
-      CHECK(first[k].error == second[k].error);
-      CHECK(first[k].coverage == second[k].coverage);
-      CHECK(first[k].label == second[k].label);
-      CHECK(first[k].occupied == second[k].occupied);
-    }
+    check_same_to_the_bit(first, second);
   }
 }
 

@@ -3,12 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstring>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "tests/support/same_detections.hpp"
 #include "tests/unit/detector_scene.hpp"
 
 using namespace stevedore;
@@ -93,15 +93,7 @@ TEST_CASE("the same frame gives the same to the bit") {
     add_noise(scene.image, 25, random);
     const Detector detector(paper_settings());
     const auto first = detector.detect(scene.image), second = detector.detect(scene.image.clone());
-    REQUIRE(first.size() == second.size());
-    for (std::size_t k = 0; k < first.size(); ++k) {
-      CHECK(std::memcmp(&first[k].outer.ellipse, &second[k].outer.ellipse, sizeof(Ellipse)) == 0);
-      CHECK(first[k].outer.covariance == second[k].outer.covariance);
-      CHECK(first[k].error == second[k].error);
-      CHECK(first[k].coverage == second[k].coverage);
-      CHECK(first[k].label == second[k].label);
-      CHECK(first[k].occupied == second[k].occupied);
-    }
+    check_same_to_the_bit(first, second);
   }
 }
 
