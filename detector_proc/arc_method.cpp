@@ -7,10 +7,10 @@
 #include "detector_proc/edge_thresholds.hpp"
 #include "detector_proc/ellipse_covariance.hpp"
 #include "detector_proc/ellipse_search.hpp"
-#include "detector_proc/mark_grouping.hpp"
 #include "detector_proc/mark_meaning.hpp"
 #include "detector_proc/rim_search.hpp"
 #include "detector_proc/ring_search.hpp"
+#include "detector_proc/sibling_search.hpp"
 #include "detector_proc/subpixel_fit.hpp"
 
 namespace stevedore {
@@ -28,6 +28,11 @@ FitFrame fit_frame(cv::Size size) {
 
 Ellipse enlarged(const Ellipse& e, int factor) {
   return {(e.u_px + 0.5) * factor - 0.5, (e.v_px + 0.5) * factor - 0.5, e.a_px * factor, e.b_px * factor,
+          e.alpha_rad};
+}
+
+Ellipse lessened(const Ellipse& e, int factor) {
+  return {(e.u_px + 0.5) / factor - 0.5, (e.v_px + 0.5) / factor - 0.5, e.a_px / factor, e.b_px / factor,
           e.alpha_rad};
 }
 
@@ -185,6 +190,24 @@ void add_rims(const cv::Mat& image, std::vector<Detection>& found) {
   });
 }
 
+/// Of the marks that are seen well, one of each size. What stands within another mark has no siblings.
+std::vector<Ellipse> shapes_of(const std::vector<MarkEdges>& marks) {
+  constexpr double most_open_ratio = 0.03, alike_share = 0.06;
+  std::vector<Ellipse> shapes;
+  for (const MarkEdges& mark : marks) {
+    const Ellipse& e = mark.outer.ellipse;
+    if (mark.outer.open_px > most_open_ratio * e.b_px) continue;
+    const bool inside = std::any_of(marks.begin(), marks.end(), [&](const MarkEdges& other) {
+      return &other != &mark && is_within(e, other.outer.ellipse);
+    });
+    const bool alike = std::any_of(shapes.begin(), shapes.end(), [&](const Ellipse& s) {
+      return std::abs(s.a_px / e.a_px - 1) < alike_share && std::abs(s.b_px / e.b_px - 1) < alike_share;
+    });
+    if (!inside && !alike) shapes.push_back(e);
+  }
+  return shapes;
+}
+
 }  // namespace
 
 std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
@@ -194,9 +217,9 @@ std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
   linker.link(field, thresholds, min_chain_length, chains);
   const FitFrame frame = fit_frame(image.size());
   splitter.split(field, chains, frame, arcs);
-  EllipseSearch search(field, thresholds, frame, settings);
-  std::vector<EllipseEdge> edges = search.search(arcs);
-  add_outer_edges(edges, field, thresholds, search, settings.min_ring_ratio);
+  search.emplace(field, thresholds, frame, settings);
+  std::vector<EllipseEdge> edges = search->search(arcs);
+  add_outer_edges(edges, field, thresholds, *search, settings.min_ring_ratio);
   return edges;
 }
 
@@ -204,8 +227,27 @@ void ArcMethod::add_colour_edges(const cv::Mat& bgr, const DetectorSettings& set
                                  std::vector<EllipseEdge>& edges) {
   colours_.compute(bgr);
   for (std::size_t k = 0; k < colours_.planes.size(); ++k) {
-    for (EllipseEdge& edge : colour_.find_edges(colours_.planes[k], settings))
+    for (EllipseEdge& edge : colour_[k].find_edges(colours_.planes[k], settings))
       edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
+  }
+}
+
+void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colour,
+                             std::vector<EllipseEdge>& edges) {
+  std::vector<Ellipse> known;
+  for (const MarkEdges& mark : marks) known.push_back(mark.outer.ellipse);
+  for (const Ellipse& shape : shapes_of(marks)) {
+    for (EllipseEdge& edge : look_for_siblings(shape, known, light_.field, light_.chains, *light_.search))
+      edges.push_back(std::move(edge));
+    if (!with_colour) continue;
+    std::vector<Ellipse> reduced;
+    for (const Ellipse& e : known) reduced.push_back(lessened(e, ColourPlanes::reduction));
+    for (std::size_t k = 0; k < colour_.size(); ++k) {
+      const Plane& plane = colour_[k];
+      for (EllipseEdge& edge : look_for_siblings(lessened(shape, ColourPlanes::reduction), reduced,
+                                                 plane.field, plane.chains, *plane.search))
+        edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
+    }
   }
 }
 
@@ -226,8 +268,13 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
   const cv::Mat& working = reduction > 1 ? small_ : image;
   std::vector<EllipseEdge> edges = light_.find_edges(working, settings);
   const bool has_colour = image.channels() == 3 && size.width > 1 && size.height > 1;
-  if (colour == Colour::used && has_colour) add_colour_edges(working, settings, edges);
-  const std::vector<MarkEdges> marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
+  const bool with_colour = colour == Colour::used && has_colour;
+  if (with_colour) add_colour_edges(working, settings, edges);
+  edges = settle_owners(std::move(edges));
+  std::vector<MarkEdges> marks = group_rings(edges, settings.min_ring_ratio);
+  const std::size_t count = edges.size();
+  add_siblings(marks, with_colour, edges);
+  if (edges.size() > count) marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
   const std::vector<MarkMeaning> meanings = find_meanings(marks, light_.field, light_.thresholds);
   const LightImage light(image, curve);
   std::vector<Detection> found;

@@ -1,6 +1,7 @@
 // The default method: arcs of edge chains, ellipses by evidence along their edges.
 #pragma once
 
+#include <array>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "detector_proc/ellipse_search.hpp"
 #include "detector_proc/gradient_field.hpp"
 #include "detector_proc/light_image.hpp"
+#include "detector_proc/mark_grouping.hpp"
 #include "geometry/detection.hpp"
 
 namespace stevedore {
@@ -39,6 +41,7 @@ class ArcMethod {
     EdgeChains chains;
     ArcSplitter splitter;
     Arcs arcs;
+    std::optional<EllipseSearch> search;
 
     std::vector<EllipseEdge> find_edges(const cv::Mat& image, const DetectorSettings& settings);
   };
@@ -51,8 +54,12 @@ class ArcMethod {
                                       Colour colour, const DetectorSettings& settings,
                                       const LightCurve& curve);
 
-  Plane light_, colour_;
+  /// Marks of the size of those found, in every plane looked at.
+  void add_siblings(const std::vector<MarkEdges>& marks, bool with_colour, std::vector<EllipseEdge>& edges);
+
+  Plane light_;
   ColourPlanes colours_;
+  std::array<Plane, 2> colour_;  ///< of colours_.planes
   cv::Mat small_;
 };
 

@@ -111,29 +111,6 @@ void sum_up(EdgeSupport& support) {
   support.unevenness = std::sqrt(std::max(variance, 0.0)) / support.strength;
 }
 
-/// Where Tukey's weights end: 4.7 deviations of what is not an outlier, taken from the median (Huber 1981);
-/// `least_deviation_px`: an edge's own error, never an outlier.
-double outlier_limit_px(const EdgeSupport& support, double least_deviation_px) {
-  // the median to a sixteenth of a pixel will do
-  constexpr int bins = 128;
-  constexpr float per_px = 16;
-  std::array<int, bins> histogram{};
-  int found = 0;
-  for (int k = 0; k < support.count; ++k) {
-    const EdgeSample& s = support.samples[static_cast<std::size_t>(k)];
-    if (!s.found) continue;
-    ++histogram[static_cast<std::size_t>(std::min(std::abs(s.offset_px) * per_px, bins - 1.F))];
-    ++found;
-  }
-  int bin = 0;
-  for (int below = 0; bin < bins - 1; ++bin) {
-    below += histogram[static_cast<std::size_t>(bin)];
-    if (2 * below > found) break;
-  }
-  const double median_px = (bin + 0.5) / per_px;
-  return 4.7 * std::max(1.48 * median_px, least_deviation_px);
-}
-
 /// One weighted fit to the edges found.
 std::optional<Ellipse> weighted_fit(const EdgeSupport& support, const Ellipse& ellipse,
                                     double least_deviation_px) {
@@ -151,15 +128,6 @@ std::optional<Ellipse> weighted_fit(const EdgeSupport& support, const Ellipse& e
     sums.add(s.point, frame, tukey, tangent_lever_px);
   }
   return used >= 6 ? sums.solve(frame) : std::nullopt;
-}
-
-/// Offsets from another ellipse.
-void measure_from(EdgeSupport& support, const Ellipse& e) {
-  const EllipseDistance distance(e);
-  for (int k = 0; k < support.count; ++k) {
-    EdgeSample& s = support.samples[static_cast<std::size_t>(k)];
-    if (s.found) s.offset_px = static_cast<float>(distance(s.point.u_px, s.point.v_px));
-  }
 }
 
 }  // namespace
@@ -202,6 +170,35 @@ void drop_outliers(EdgeSupport& support) {
     s.found = s.found && std::abs(s.offset_px) < limit;
   }
   sum_up(support);
+}
+
+double outlier_limit_px(const EdgeSupport& support, double least_deviation_px) {
+  // the median to a sixteenth of a pixel will do
+  constexpr int bins = 128;
+  constexpr float per_px = 16;
+  std::array<int, bins> histogram{};
+  int found = 0;
+  for (int k = 0; k < support.count; ++k) {
+    const EdgeSample& s = support.samples[static_cast<std::size_t>(k)];
+    if (!s.found) continue;
+    ++histogram[static_cast<std::size_t>(std::min(std::abs(s.offset_px) * per_px, bins - 1.F))];
+    ++found;
+  }
+  int bin = 0;
+  for (int below = 0; bin < bins - 1; ++bin) {
+    below += histogram[static_cast<std::size_t>(bin)];
+    if (2 * below > found) break;
+  }
+  const double median_px = (bin + 0.5) / per_px;
+  return 4.7 * std::max(1.48 * median_px, least_deviation_px);
+}
+
+void measure_from(EdgeSupport& support, const Ellipse& e) {
+  const EllipseDistance distance(e);
+  for (int k = 0; k < support.count; ++k) {
+    EdgeSample& s = support.samples[static_cast<std::size_t>(k)];
+    if (s.found) s.offset_px = static_cast<float>(distance(s.point.u_px, s.point.v_px));
+  }
 }
 
 std::optional<Ellipse> refit(EdgeSupport& support, const Ellipse& ellipse) {

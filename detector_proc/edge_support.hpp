@@ -48,6 +48,13 @@ int sample_count(const Ellipse& ellipse);
 /// Leaves out samples further off than the others scatter: edges of what stands in front.
 void drop_outliers(EdgeSupport& support);
 
+/// Where Tukey's weights end: 4.7 deviations of what is not an outlier, taken from the median (Huber 1981);
+/// `least_deviation_px`: an edge's own error, never an outlier.
+double outlier_limit_px(const EdgeSupport& support, double least_deviation_px);
+
+/// Measures the offsets of the edges found from another ellipse.
+void measure_from(EdgeSupport& support, const Ellipse& ellipse);
+
 /// The ellipse through the edges found, weighted so that distances count (Sampson 1982); offsets are measured
 /// from it then.
 std::optional<Ellipse> refit(EdgeSupport& support, const Ellipse& ellipse);

@@ -50,6 +50,9 @@ class EllipseSearch {
   [[nodiscard]] std::optional<EllipseEdge> settle(const Ellipse& guess, Bright bright,
                                                   double min_log_odds) const;
 
+  /// The same for one that has the shape of a mark that was found: that much less evidence will do.
+  [[nodiscard]] std::optional<EllipseEdge> settle_like(const Ellipse& guess, Bright bright) const;
+
  private:
   void from_single_arcs();
   void find_hulls();

@@ -25,6 +25,24 @@ EllipseFit from_message(const ellipse_shape_t& message) {
 
 }  // namespace
 
+std::int8_t to_message(Label label) {
+  switch (label) {
+    case Label::unknown:
+      return ellipse_t::LABEL_UNKNOWN;
+    case Label::circle:
+      return ellipse_t::LABEL_CIRCLE;
+    case Label::cargo:
+      return ellipse_t::LABEL_CARGO;
+  }
+  return ellipse_t::LABEL_UNKNOWN;
+}
+
+Label label_of(std::int8_t label) {
+  return label == ellipse_t::LABEL_CIRCLE  ? Label::circle
+         : label == ellipse_t::LABEL_CARGO ? Label::cargo
+                                           : Label::unknown;
+}
+
 ellipse_t to_message(const Detection& detection) {
   ellipse_t message{};
   message.outer = to_message(detection.outer);
@@ -33,17 +51,7 @@ ellipse_t to_message(const Detection& detection) {
   message.error = detection.error;
   message.coverage = detection.coverage;
   message.kind = detection.kind == Kind::whole ? ellipse_t::KIND_WHOLE : ellipse_t::KIND_PARTIAL;
-  switch (detection.label) {
-    case Label::unknown:
-      message.label = ellipse_t::LABEL_UNKNOWN;
-      break;
-    case Label::circle:
-      message.label = ellipse_t::LABEL_CIRCLE;
-      break;
-    case Label::cargo:
-      message.label = ellipse_t::LABEL_CARGO;
-      break;
-  }
+  message.label = to_message(detection.label);
   message.occupied = !detection.occupied   ? ellipse_t::OCCUPIED_UNKNOWN
                      : *detection.occupied ? ellipse_t::OCCUPIED_YES
                                            : ellipse_t::OCCUPIED_NO;
@@ -57,9 +65,7 @@ Detection from_message(const ellipse_t& message) {
   detection.error = message.error;
   detection.coverage = message.coverage;
   detection.kind = message.kind == ellipse_t::KIND_WHOLE ? Kind::whole : Kind::partial;
-  detection.label = message.label == ellipse_t::LABEL_CIRCLE  ? Label::circle
-                    : message.label == ellipse_t::LABEL_CARGO ? Label::cargo
-                                                              : Label::unknown;
+  detection.label = label_of(message.label);
   if (message.occupied != ellipse_t::OCCUPIED_UNKNOWN)
     detection.occupied = message.occupied == ellipse_t::OCCUPIED_YES;
   return detection;

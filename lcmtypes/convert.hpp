@@ -1,6 +1,7 @@
 // Between the vision code's types and the messages' types, for what several stages exchange.
 #pragma once
 
+#include <cstdint>
 #include <stevedore/ellipse_t.hpp>
 #include <stevedore/vehicle_state_t.hpp>
 
@@ -10,6 +11,10 @@
 namespace stevedore {
 
 ellipse_t to_message(const Detection& detection);
+
+/// ellipse_t.LABEL_*
+std::int8_t to_message(Label label);
+Label label_of(std::int8_t label);
 
 /// The message must have passed fault_of.
 Detection from_message(const ellipse_t& message);

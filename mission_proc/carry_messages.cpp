@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "lcmtypes/convert.hpp"
+
 namespace stevedore {
 namespace {
 
@@ -18,12 +20,6 @@ Eigen::Vector3d vector_of(const double (&values)[3]) {
 
 void put(const Eigen::Vector3d& from, double (&to)[3]) {
   Eigen::Map<Eigen::Vector3d>{to} = from;
-}
-
-Label label_of(std::int8_t label) {
-  return label == ellipse_t::LABEL_CIRCLE  ? Label::circle
-         : label == ellipse_t::LABEL_CARGO ? Label::cargo
-                                           : Label::unknown;
 }
 
 SlotCondition condition_of(std::int8_t state) {

@@ -15,18 +15,6 @@ namespace {
 constexpr int64_t repeat_us = 500'000;           // 2 Hz
 constexpr int64_t longest_silence_us = 100'000;  // of MISSION while somebody flies by it
 
-Label label_of(int8_t label) {
-  return label == ellipse_t::LABEL_CIRCLE  ? Label::circle
-         : label == ellipse_t::LABEL_CARGO ? Label::cargo
-                                           : Label::unknown;
-}
-
-int8_t to_message(Label label) {
-  return label == Label::circle  ? ellipse_t::LABEL_CIRCLE
-         : label == Label::cargo ? ellipse_t::LABEL_CARGO
-                                 : ellipse_t::LABEL_UNKNOWN;
-}
-
 TargetStatus status_of(int8_t status) {
   switch (status) {
     case track_t::STATUS_TRACKING:

@@ -5,6 +5,7 @@
 
 #include "pose_proc/common_error.hpp"
 #include "pose_proc/deck.hpp"
+#include "pose_proc/metric_size.hpp"
 #include "pose_proc/ring_pose.hpp"
 
 namespace stevedore {
@@ -80,6 +81,7 @@ std::vector<CirclePose> with_radii(const std::vector<MarkImage>& marks, const Po
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const auto radius_m = radius_of(marks[i].label, settings);
     poses[i].radius_m = radius_m.value_or(0);
+    poses[i].label = marks[i].label;
     if (!radius_m) poses[i].reason = NoPose::radius_unknown;
   }
   return poses;
@@ -100,6 +102,28 @@ void solve_by_conic(std::vector<CirclePose>& poses, const std::vector<MarkImage>
   }
 }
 
+/// What is no circle of the known radius loses its label, and its pose with it.
+void revise_labels(std::vector<CirclePose>& poses, const std::vector<MarkImage>& marks,
+                   const ExpectedNormal& expected) {
+  std::vector<SupposedCircle> circles;
+  std::vector<std::size_t> mark_of;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (poses[i].label != Label::circle || poses[i].solutions.empty()) continue;
+    const CircleSolution& chosen = poses[i].solutions.front().circle;
+    // a lone circle's normal is known less well than where decks are level
+    circles.push_back({chosen.center_camera_m,
+                       poses[i].deck >= 0 ? chosen.normal_camera : expected.normal_camera,
+                       marks[i].coverage});
+    mark_of.push_back(i);
+  }
+  const std::vector<bool> have = have_marks_size(circles);
+  for (std::size_t k = 0; k < circles.size(); ++k) {
+    if (have[k]) continue;
+    poses[mark_of[k]] = CirclePose();
+    poses[mark_of[k]].reason = NoPose::another_size;
+  }
+}
+
 void solve_by_four_points(CirclePose& pose, const EllipseFit& outer, const Pinhole& camera) {
   if (const auto circle = four_point_pose(outer, camera, pose.radius_m))
     pose.solutions.push_back({*circle, 1});
@@ -113,6 +137,8 @@ const char* reason_text(NoPose reason) {
       return "";
     case NoPose::radius_unknown:
       return "unknown label: no radius";
+    case NoPose::another_size:
+      return "not of a circle's size on the deck of the others";
     case NoPose::not_solvable:
       return "no circle of this radius fits the ellipse";
   }
@@ -140,6 +166,7 @@ std::vector<CirclePose> estimate_poses(const std::vector<MarkImage>& marks, cons
   } else {
     solve_by_conic(poses, marks, camera, context, settings);
   }
+  revise_labels(poses, marks, expected_normal(context.gravity, settings));
   for (CirclePose& pose : poses) {
     if (pose.solutions.empty() && pose.reason == NoPose::none) pose.reason = NoPose::not_solvable;
     for (PoseSolution& solution : pose.solutions)

@@ -18,7 +18,7 @@ struct PoseSolution {
   double probability = 0;
 };
 
-enum class NoPose { none, radius_unknown, not_solvable };
+enum class NoPose { none, radius_unknown, not_solvable, another_size };
 
 /// Short text for people and messages; empty for none.
 const char* reason_text(NoPose reason);
@@ -27,6 +27,8 @@ struct CirclePose {
   std::vector<PoseSolution>
       solutions;        ///< the chosen one first; two by conic, one by four_point, none on failure
   double radius_m = 0;  ///< assumed; 0 when unknown
+  Label label =
+      Label::unknown;  ///< the mark's own; unknown for a circle of another size than the deck's others
   ChosenBy chosen_by = ChosenBy::none;
   NoPose reason = NoPose::none;  ///< why there is no solution
   int deck = -1;  ///< marks of one frame with the same number were solved on one plane; -1: alone
@@ -38,6 +40,7 @@ struct MarkImage {
   std::optional<EllipseFit> inner;  ///< of a painted ring
   Label label = Label::unknown;
   std::optional<PreviousChoice> previous;
+  double coverage = 1;  ///< share of the outer edge that was found
 };
 
 /// The radius a label stands for; nothing for unknown.

@@ -74,6 +74,8 @@ pose_t mark_message(const track_t& track) {
 
 void add_estimate(pose_t& pose, const CirclePose& estimate, const std::optional<Gravity>& gravity) {
   pose.radius_m = estimate.radius_m;
+  pose.label = to_message(estimate.label);
+  if (estimate.label != Label::circle) pose.occupied = ellipse_t::OCCUPIED_UNKNOWN;
   pose.chosen_by = to_message(estimate.chosen_by);
   pose.reason = reason_text(estimate.reason);
   for (const PoseSolution& solution : estimate.solutions) pose.solutions.push_back(to_message(solution));
@@ -160,8 +162,8 @@ std::vector<CirclePose> PoseStage::estimates_of(const tracks_t& tracks,
     const Detection detection = from_message(track.ellipse);
     std::optional<EllipseFit> inner;
     if (detection.inner && track.ellipse_index >= 0) inner = detection.inner;  // measured, not predicted
-    marks.push_back(
-        {detection.outer, inner, detection.label, previous_of(track.id, utime, world_from_camera)});
+    marks.push_back({detection.outer, inner, detection.label, previous_of(track.id, utime, world_from_camera),
+                     detection.coverage});
   }
   PoseContext surroundings;
   if (attitude) {

@@ -68,12 +68,20 @@ std::vector<LocatedMark> Locator::locate(const std::vector<Detection>& detection
     located.push_back({detection, *given, {}});
     const bool radius_known = (detection.label == Label::circle && settings_.radius_m) ||
                               (detection.label == Label::cargo && settings_.cargo_radius_m);
-    marks.push_back({detection.outer, detection.inner, radius_known ? detection.label : Label::unknown, {}});
+    marks.push_back({detection.outer,
+                     detection.inner,
+                     radius_known ? detection.label : Label::unknown,
+                     {},
+                     detection.coverage});
   }
   if (!settings_.camera) return located;
   auto poses = estimate_poses(marks, settings_.camera->rectified, {settings_.gravity, {}}, settings_.pose);
   for (std::size_t i = 0; i < located.size(); ++i) {
     located[i].pose = std::move(poses[i]);
+    if (located[i].pose.reason == NoPose::another_size) {
+      located[i].detection.label = Label::unknown;
+      located[i].detection.occupied.reset();
+    }
     if (!settings_.gravity) put_nearer_axis_first(located[i].pose);
   }
   return located;

@@ -221,6 +221,32 @@ TEST_CASE("of a circle of which a third is out of view there is no telling that 
   CHECK_FALSE(found[0].occupied);
 }
 
+TEST_CASE("what is too little of an ellipse by itself is found beside one of its size") {
+  const auto count_with_sibling = [](double a, double b) {
+    cv::Mat image = disc_scene({100, 120, a, b, 0.3});
+    // three pieces of worn paint, together a quarter of the edge
+    cv::Mat worn = grey_image(320, 240, 60);
+    paint(worn, {220, 120, 40, 36, 0.3}, cv::Scalar::all(220));
+    for (const double from : {0.4, 2.5, 4.6}) {
+      std::vector<cv::Point> sector{{220, 120}};
+      for (double t = from; t <= from + 0.6; t += 0.05)
+        sector.emplace_back(220 + static_cast<int>(60 * std::cos(t)),
+                            120 + static_cast<int>(60 * std::sin(t)));
+      cv::Mat mask = grey_image(320, 240, 0);
+      cv::fillPoly(mask, std::vector{sector}, cv::Scalar::all(255));
+      worn.copyTo(image, mask);
+    }
+    return Detector().detect(image);
+  };
+  const auto alone = count_with_sibling(60, 25);
+  REQUIRE(alone.size() == 1);
+  const auto found = count_with_sibling(40, 36);
+  REQUIRE(found.size() == 2);
+  const Detection& worn = found[found[0].outer.ellipse.u_px > 160 ? 0 : 1];
+  check_near(worn.outer.ellipse, {220, 120, 40, 36, 0.3}, 1);
+  CHECK(worn.coverage < 0.6);
+}
+
 TEST_CASE("an ellipse cut by the border is found, as partial, and says what it does not know") {
   const Ellipse e{20, 120, 70, 50, 0.2};
   const auto found = Detector().detect(disc_scene(e));

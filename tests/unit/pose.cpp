@@ -124,3 +124,16 @@ TEST_CASE("what is believed of radius and camera is added to every covariance, a
   CHECK((covariance() - edge_alone)(0, 0) == Approx(0.02 * 0.02).epsilon(0.01));
   CHECK((covariance() - edge_alone)(2, 2) == Approx(0).margin(1e-9));
 }
+
+TEST_CASE("a smaller round thing among circles loses its label, and says why") {
+  MarkImage circle = mark(overhead(), Label::circle), other = circle, tyre = circle;
+  other.outer.ellipse.u_px += 180;
+  tyre.outer.ellipse.v_px += 150;
+  tyre.outer.ellipse.a_px = tyre.outer.ellipse.b_px = 50;
+  const auto poses = estimate_poses({circle, other, tyre}, camera, {}, {});
+  CHECK(poses[0].label == Label::circle);
+  CHECK(poses[1].label == Label::circle);
+  CHECK(poses[2].label == Label::unknown);
+  CHECK(poses[2].solutions.empty());
+  CHECK(poses[2].reason == NoPose::another_size);
+}
