@@ -121,10 +121,12 @@ TEST_CASE("covariances stay symmetric and positive through thousands of updates"
   std::mt19937 random(3);
   DeckFilter filter(motion, 0.3, second_us, rough_state(motion));
   DeckVector truth = rough_state(motion).mean;
+  int refused = 0;
   for (int i = 1; i <= 3000; ++i) {
     const std::int64_t utime = second_us + i * 66'000;
-    REQUIRE(filter.add(some_sight(utime, truth, random)) == Verdict::used);
+    refused += filter.add(some_sight(utime, truth, random)) != Verdict::used;
   }
+  CHECK(refused < 12);  // the gate lets one in a thousand go: three, and three deviations of that
   const DeckState state = filter.at_time(filter.newest_utime());
   CHECK((state.covariance - state.covariance.transpose()).norm() < 1e-9);
   CHECK(Eigen::SelfAdjointEigenSolver<DeckMatrix>(state.covariance).eigenvalues().minCoeff() > -1e-10);
