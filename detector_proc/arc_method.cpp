@@ -155,22 +155,38 @@ bool is_within(const Ellipse& inner, const Ellipse& outer) {
   return normalized_radius_squared(outer, {inner.u_px, inner.v_px}) < 1 && inner.b_px < 0.6 * outer.b_px;
 }
 
+/// The rim is nearer than the circle by the cargo's height: at a depth of focal length over the semi-major
+/// axis, in circle radii, and larger by as much. Both are seen to a hundredth, and a cargo stands on paint, a
+/// lid or another platform's slope: give or take a twentieth.
+RimRadii rim_radii(const Ellipse& circle, const DetectorSettings& settings, double focal_px) {
+  constexpr double nearest_depth = 2;  // in circle radii; 1 m
+  const double nearer_at_most = nearest_depth / (nearest_depth - settings.cargo_height_ratio);
+  if (focal_px <= 0) return {0.875 * settings.rim_ratio, nearer_at_most * settings.rim_ratio, false};
+  const double depth = std::max(nearest_depth, focal_px / circle.a_px);
+  const double radius = settings.rim_ratio * depth / (depth - settings.cargo_height_ratio);
+  return {0.94 * radius, 1.06 * radius, true};
+}
+
 /// Circles whose rims are large enough to be told from letters are searched for one. What was taken for a rim
 /// in them, and is not, has no meaning.
-void add_rims(const cv::Mat& image, std::vector<Detection>& found) {
+void add_rims(const cv::Mat& image, const DetectorSettings& settings, double focal_px,
+              std::vector<Detection>& found) {
   constexpr double least_semi_minor_px = 15;  // a rim of 5 px
   const std::size_t count = found.size();
   for (std::size_t i = 0; i < count; ++i) {
     const Ellipse circle = found[i].outer.ellipse;
     if (found[i].label != Label::circle || circle.b_px < least_semi_minor_px) continue;
-    const RimSearch search = look_for_rim(image, circle, found[i].inner);
-    found[i].occupied.reset();
-    if (search.rim || !search.may_hide_one) found[i].occupied = search.rim.has_value();
+    const RimRadii radii = rim_radii(circle, settings, focal_px);
+    const RimSearch search = look_for_rim(image, circle, found[i].inner, radii);
+    found[i].occupied = search.occupied;
     for (Detection& d : found)
       if (d.label == Label::cargo && is_within(d.outer.ellipse, circle)) d.label = Label::unknown;
     if (!search.rim) continue;
     const auto same = std::find_if(found.begin(), found.end(), [&](const Detection& d) {
-      return about_the_same(d.outer.ellipse, search.rim->fit.ellipse);
+      const Ellipse& e = d.outer.ellipse;
+      const double radius = std::sqrt(e.a_px * e.b_px / (circle.a_px * circle.b_px));
+      return about_the_same(e, search.rim->fit.ellipse) &&
+             (!radii.known || (radius > radii.smallest && radius < radii.largest));
     });
     if (same != found.end()) {
       same->label = Label::cargo;
@@ -252,13 +268,13 @@ void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colo
 }
 
 std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
-                                         const LightCurve& curve) {
+                                         const Optics& optics) {
   return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), Colour::used, settings,
-                        curve);
+                        optics);
 }
 
 std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduction, Colour colour,
-                                                 const DetectorSettings& settings, const LightCurve& curve) {
+                                                 const DetectorSettings& settings, const Optics& optics) {
   const cv::Size size = image.size() / reduction;
   if (size.empty()) return {};
   if (reduction > 1) {
@@ -276,7 +292,7 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
   add_siblings(marks, with_colour, edges);
   if (edges.size() > count) marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
   const std::vector<MarkMeaning> meanings = find_meanings(marks, light_.field, light_.thresholds);
-  const LightImage light(image, curve);
+  const LightImage light(image, optics.light);
   std::vector<Detection> found;
   for (std::size_t k = 0; k < marks.size(); ++k) {
     Detection d = detection_of(marks[k], light, reduction, settings.subpixel_strips);
@@ -284,19 +300,19 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
     d.occupied = meanings[k].occupied;
     found.push_back(std::move(d));
   }
-  add_rims(image, found);
+  add_rims(image, settings, optics.focal_px_of(image), found);
   return found;
 }
 
 std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::Rect& region,
                                                const Ellipse& expected, Colour colour,
-                                               const DetectorSettings& settings, const LightCurve& curve) {
+                                               const DetectorSettings& settings, const Optics& optics) {
   // the size at which an ellipse is found with the fewest pixels
   const int least_semi_minor_px = colour == Colour::used ? 14 * ColourPlanes::reduction : 14;
   const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
   std::optional<Detection> nearest;
   double least = most_mismatch;
-  for (Detection& d : detect_reduced(image(region), reduction, colour, settings, curve)) {
+  for (Detection& d : detect_reduced(image(region), reduction, colour, settings, optics)) {
     for (EllipseFit* fit : {&d.outer, d.inner ? &*d.inner : nullptr}) {
       if (!fit) continue;
       fit->ellipse.u_px += region.x;
@@ -309,12 +325,12 @@ std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::R
 }
 
 std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Ellipse& expected,
-                                                const DetectorSettings& settings, const LightCurve& curve) {
+                                                const DetectorSettings& settings, const Optics& optics) {
   const cv::Rect region = neighbourhood(expected, image.size());
   if (region.width < 16 || region.height < 16) return std::nullopt;
-  auto nearest = nearest_in(image, region, expected, Colour::unused, settings, curve);
+  auto nearest = nearest_in(image, region, expected, Colour::unused, settings, optics);
   if (!nearest && image.channels() == 3)
-    nearest = nearest_in(image, region, expected, Colour::used, settings, curve);
+    nearest = nearest_in(image, region, expected, Colour::used, settings, optics);
   return nearest;
 }
 

@@ -13,8 +13,8 @@
 #include "detector_proc/edge_thresholds.hpp"
 #include "detector_proc/ellipse_search.hpp"
 #include "detector_proc/gradient_field.hpp"
-#include "detector_proc/light_image.hpp"
 #include "detector_proc/mark_grouping.hpp"
+#include "detector_proc/optics.hpp"
 #include "geometry/detection.hpp"
 
 namespace stevedore {
@@ -22,13 +22,12 @@ namespace stevedore {
 /// Holds what one frame after the other can use again: memory, nothing that a result depends on.
 class ArcMethod {
  public:
-  std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings,
-                                const LightCurve& curve);
+  std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings, const Optics& optics);
 
   /// The mark nearest to an expected ellipse, looked for in its neighbourhood only: the same method at the
   /// size at which the mark is small. Nothing within half a semi-axis and a fifth of size: not there.
   std::optional<Detection> detect_near(const cv::Mat& image, const Ellipse& expected,
-                                       const DetectorSettings& settings, const LightCurve& curve);
+                                       const DetectorSettings& settings, const Optics& optics);
 
  private:
   enum class Colour { unused, used };
@@ -47,12 +46,11 @@ class ArcMethod {
   };
 
   std::vector<Detection> detect_reduced(const cv::Mat& image, int reduction, Colour colour,
-                                        const DetectorSettings& settings, const LightCurve& curve);
+                                        const DetectorSettings& settings, const Optics& optics);
   void add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
                         std::vector<EllipseEdge>& edges);
   std::optional<Detection> nearest_in(const cv::Mat& image, const cv::Rect& region, const Ellipse& expected,
-                                      Colour colour, const DetectorSettings& settings,
-                                      const LightCurve& curve);
+                                      Colour colour, const DetectorSettings& settings, const Optics& optics);
 
   /// Marks of the size of those found, in every plane looked at.
   void add_siblings(const std::vector<MarkEdges>& marks, bool with_colour, std::vector<EllipseEdge>& edges);

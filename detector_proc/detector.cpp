@@ -8,9 +8,9 @@
 
 namespace stevedore {
 
-Detector::Detector(DetectorSettings settings, const LightCurve& curve)
+Detector::Detector(DetectorSettings settings, const Optics& optics)
     : settings_(std::move(settings)),
-      curve_(curve),
+      optics_(optics),
       arcs_(std::make_unique<ArcMethod>()),
       region_(std::make_unique<ArcMethod>()) {
   assert(settings_.method == "arcs" || settings_.method == "paper");
@@ -24,12 +24,12 @@ std::vector<Detection> Detector::detect(const cv::Mat& image) const {
   if (image.empty()) return {};
   assert(image.type() == CV_8UC1 || image.type() == CV_8UC3);
   return settings_.method == "paper" ? detect_by_paper(image, settings_)
-                                     : arcs_->detect(image, settings_, curve_);
+                                     : arcs_->detect(image, settings_, optics_);
 }
 
 std::optional<Detection> Detector::detect_near(const cv::Mat& image, const Detection& expected) const {
   if (image.empty() || settings_.method == "paper") return std::nullopt;
-  auto found = region_->detect_near(image, expected.outer.ellipse, settings_, curve_);
+  auto found = region_->detect_near(image, expected.outer.ellipse, settings_, optics_);
   // what a neighbourhood cannot tell: that a rim stands in a circle
   if (found && expected.label != Label::circle) found->label = expected.label, found->occupied.reset();
   return found;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "detector_proc/detector_settings.hpp"
-#include "detector_proc/light_image.hpp"
+#include "detector_proc/optics.hpp"
 #include "geometry/detection.hpp"
 
 namespace stevedore {
@@ -16,8 +16,7 @@ class ArcMethod;
 
 class Detector {
  public:
-  /// `curve`: light by level of the camera, for sub-pixel edges; levels are taken as light without.
-  explicit Detector(DetectorSettings settings = {}, const LightCurve& curve = linear_curve());
+  explicit Detector(DetectorSettings settings = {}, const Optics& optics = {});
   Detector(Detector&&) noexcept;
   Detector& operator=(Detector&&) noexcept;
   ~Detector();
@@ -32,7 +31,7 @@ class Detector {
 
  private:
   DetectorSettings settings_;
-  LightCurve curve_;
+  Optics optics_;
   std::unique_ptr<ArcMethod> arcs_, region_;  ///< of their own, so that neither's memory changes size
 };
 

@@ -43,7 +43,9 @@ struct DetectorSettings {
       "full";                 ///< region: where the tracker expects marks, the whole frame on a schedule and
                               ///< whenever one is not found there. Whoever is new waits for the schedule
   int full_every_frames = 6;  ///< 0.2 s at 30 Hz
-  int subpixel_strips = 48;   ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
+  double rim_ratio = 0.32;    ///< a cargo's rim over a painted circle, radii: 0.16 m and 0.5 m
+  double cargo_height_ratio = 0.6;  ///< its height over the circle's radius: 0.3 m
+  int subpixel_strips = 48;  ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
 
   // Method paper, from here on.
 
@@ -96,6 +98,9 @@ void describe(DetectorSettings& s, Visitor& visit) {
                "arcs; region: look where the tracker expects marks, the whole frame now and then");
   visit("full_every_frames", s.full_every_frames, 1, 1000, "frames",
         "region search; raise: new marks are noticed later, at less cost");
+  visit("rim_ratio", s.rim_ratio, 0.1, 0.6, "1", "radius of a cargo's rim over a painted circle's");
+  visit("cargo_height_ratio", s.cargo_height_ratio, 0.0, 1.5, "1",
+        "height of a cargo's rim over a painted circle's radius");
   visit("subpixel_strips", s.subpixel_strips, 0, 100000, "rows and columns",
         "arcs; raise: less noise of the sub-pixel edge, at more cost; 0: all there are");
   visit("canny_low", s.canny_low, 1.0, 2000.0, "grey levels", "raise: edges break where they are faint");

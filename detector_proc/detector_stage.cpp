@@ -20,9 +20,9 @@ constexpr double longest_prediction_s = 0.1;
 
 }  // namespace
 
-DetectorStage::DetectorStage(const DetectorSettings& settings, Bus& bus, FrameReader& frames,
-                             Delivery delivery)
-    : bus_(bus), frames_(frames), settings_(settings), detector_(settings) {
+DetectorStage::DetectorStage(const DetectorSettings& settings, const std::optional<CameraModel>& camera,
+                             Bus& bus, FrameReader& frames, Delivery delivery)
+    : bus_(bus), frames_(frames), settings_(settings), detector_(settings, optics_of(camera)) {
   bus_.subscribe<frame_t>(
       channels::frame, [this](const frame_t& frame) { on_frame(frame); }, delivery);
   if (settings_.search == "region" && settings_.method == "arcs") {

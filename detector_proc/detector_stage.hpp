@@ -12,8 +12,8 @@ namespace stevedore {
 class DetectorStage {
  public:
   /// Live, only the newest frame is looked at; a replay delivers every frame.
-  DetectorStage(const DetectorSettings& settings, Bus& bus, FrameReader& frames,
-                Delivery delivery = Delivery::newest);
+  DetectorStage(const DetectorSettings& settings, const std::optional<CameraModel>& camera, Bus& bus,
+                FrameReader& frames, Delivery delivery = Delivery::newest);
 
  private:
   void on_frame(const frame_t& frame);

@@ -27,8 +27,7 @@ void put_nearer_axis_first(CirclePose& pose) {
 
 Locator::Locator(const LocateSettings& settings)
     : settings_(settings),
-      detector_(settings.detector,
-                settings.camera ? linear_light(settings.camera->response) : linear_curve()),
+      detector_(settings.detector, optics_of(settings.camera)),
       tracker_(settings.tracker) {
   if (settings_.camera) maps_ = make_rectify_maps(*settings_.camera);
   if (settings_.radius_m) settings_.pose.circle_radius_m = *settings_.radius_m;

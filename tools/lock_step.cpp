@@ -54,8 +54,8 @@ LockStep::LockStep(const Config& config, const std::string& ring_name, Sink sink
   Stage &gimbal = *stages_[0], &detector = *stages_[1], &tracker = *stages_[2], &pose = *stages_[3];
   gimbal.code =
       std::make_shared<GimbalStage>(config.section<GimbalSettings>("gimbal"), camera->mount, gimbal.bus);
-  detector.code = std::make_shared<DetectorStage>(config.section<DetectorSettings>("detector"), detector.bus,
-                                                  detector.frames, Delivery::every);
+  detector.code = std::make_shared<DetectorStage>(config.section<DetectorSettings>("detector"), camera,
+                                                  detector.bus, detector.frames, Delivery::every);
   tracker.code = std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), camera,
                                                 tracker.bus, tracker.frames);
   pose.code = std::make_shared<PoseStage>(config.section<PoseSettings>("pose"), camera, pose.bus,

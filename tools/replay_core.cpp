@@ -35,8 +35,8 @@ const std::vector<StageKind>& stage_kinds() {
        {channels::ellipses.name},
        true,
        [](const Config& config, Bus& bus, FrameReader& frames) {
-         return std::make_shared<DetectorStage>(config.section<DetectorSettings>("detector"), bus, frames,
-                                                Delivery::every);
+         return std::make_shared<DetectorStage>(config.section<DetectorSettings>("detector"),
+                                                camera_of(config), bus, frames, Delivery::every);
        }},
       {"tracker_proc",
        {channels::tracks.name},

@@ -156,6 +156,25 @@ TEST_CASE("a bucket in a ring is a cargo, and the ring is occupied") {
   check_near(found[1].outer.ellipse, {170, 115, 25, 22, 0}, 0.1);
 }
 
+TEST_CASE("a camera's focal length tells a rim's outer edge from its inner one") {
+  // 80 px of 320: four radii below the camera, a rim 0.6 nearer: 0.32 * 4 / 3.4 of the circle
+  const Ellipse rim{175, 118, 30.1, 30.1, 0};
+  cv::Mat image = grey_image(320, 240, 60);
+  paint(image, {160, 120, 80, 80, 0}, cv::Scalar::all(220));
+  paint(image, {160, 120, 64, 64, 0}, cv::Scalar::all(60));
+  paint(image, rim, cv::Scalar::all(240));
+  paint(image, {175, 118, 27, 27, 0}, cv::Scalar::all(20));
+  Optics optics;
+  optics.focal_px = 320;
+  optics.width_px = 320;
+  const auto found = Detector({}, optics).detect(image);
+  const auto cargo =
+      std::find_if(found.begin(), found.end(), [](const Detection& d) { return d.label == Label::cargo; });
+  REQUIRE(cargo != found.end());
+  check_near(cargo->outer.ellipse, rim, 1);
+  CHECK(found[0].occupied == true);
+}
+
 TEST_CASE("an ellipse in a circle that no parallel circle looks like is no cargo") {
   cv::Mat image = disc_scene({160, 120, 80, 75, 0});
   paint(image, {160, 120, 40, 16, 0.5}, cv::Scalar::all(60));
@@ -292,8 +311,7 @@ TEST_CASE("the camera's response sets the edge right: levels of a gamma lie outw
       image.at<uchar>(v, u) = static_cast<uchar>(level - curve.begin());
     }
   }
-  const auto as_levels = Detector().detect(image),
-             as_light = Detector(DetectorSettings{}, curve).detect(image);
+  const auto as_levels = Detector().detect(image), as_light = Detector({}, Optics{curve, 0, 0}).detect(image);
   REQUIRE(as_levels.size() == 1);
   REQUIRE(as_light.size() == 1);
   CHECK(as_levels[0].outer.ellipse.b_px > e.b_px + 0.1);

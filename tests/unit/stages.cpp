@@ -111,7 +111,7 @@ gimbal_state_t gimbal_at(int64_t utime, double roll_rad, int8_t status = gimbal_
 TEST_CASE("detector stage: a frame gives its ellipses, an unusable one is counted") {
   MemoryBus bus;
   FrameReader frames;
-  const DetectorStage stage(DetectorSettings{}, bus, frames, Delivery::every);
+  const DetectorStage stage(DetectorSettings{}, {}, bus, frames, Delivery::every);
   const FilmFrame film = film_frame(0);
   bus.deliver(channels::frame, frame_of(film.image, 0));
   const auto ellipses = bus.published_on(channels::ellipses);
@@ -143,7 +143,7 @@ TEST_CASE(
   DetectorSettings settings;
   settings.search = "region";
   settings.full_every_frames = 10;
-  const DetectorStage stage(settings, bus, frames, Delivery::every);
+  const DetectorStage stage(settings, {}, bus, frames, Delivery::every);
   const auto step = [&](int k) {
     bus.deliver(channels::frame, frame_of(film_frame(k).image, k));
     return bus.published_on(channels::ellipses).back();
