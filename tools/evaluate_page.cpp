@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -24,7 +25,7 @@ h1{font-size:25px;margin:0}h2{font-size:19px;margin:34px 0 6px;border-bottom:2px
 p{max-width:900px;margin:6px 0 10px}.lead{color:#555;margin-top:2px}
 table{border-collapse:collapse;margin:8px 0 14px;font-size:14px}th,td{padding:4px 11px;text-align:right;border-bottom:1px solid #e5e9ee}
 th{background:#f3f5f8;font-weight:600;vertical-align:bottom}th:first-child,td:first-child{text-align:left}
-table.v td{text-align:left}table.v th{text-align:left}
+table.v td{text-align:left}td.good,td.poor,td.none{white-space:nowrap}table.v th{text-align:left}
 .good{color:#1b7a34;font-weight:700}.poor{color:#b71c1c;font-weight:700}.none{color:#777}
 .plots{display:flex;flex-wrap:wrap;gap:14px}.plots svg{width:560px;max-width:100%;border:1px solid #e5e9ee;border-radius:4px}
 svg text{font:12px system-ui,"DejaVu Sans",sans-serif;fill:#333}svg .h{font-size:14px;font-weight:600}svg .m{fill:#666}
@@ -69,7 +70,7 @@ std::string verdict_section(const Evaluation& evaluation) {
   for (const Verdict& verdict : verdicts_of(evaluation)) {
     const auto [kind, word] = verdict.says == Verdict::Says::good   ? std::pair("good", "good")
                               : verdict.says == Verdict::Says::poor ? std::pair("poor", "not met")
-                                                                    : std::pair("none", "no data");
+                                                                    : std::pair("none", "too few");
     html += fmt::format("<tr><td class=\"{}\">{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", kind, word,
                         escaped(verdict.subject), escaped(verdict.text), escaped(verdict.limit));
   }
@@ -111,7 +112,7 @@ std::string pose_table(const std::string& first, const std::vector<PoseRow>& row
       cells);
 }
 
-/// Of circles: a value of each sample over another, right and wrong solutions apart.
+/// A value of each sample over another, right and wrong solutions apart.
 template <class X, class Y>
 Plot scatter(const PoseComparison& poses, std::string title, std::string x_label, std::string y_label,
              const X& x, const Y& y) {
@@ -128,13 +129,20 @@ Plot scatter(const PoseComparison& poses, std::string title, std::string x_label
 std::string pose_plots(const PoseComparison& poses) {
   const auto range_m = [](const PoseSample& s) { return s.range_m; };
   const auto theta_deg = [](const PoseSample& s) { return s.theta_rad / deg; };
-  const auto range_mm = [](const PoseSample& s) { return 1e3 * s.range_error_m; };
-  const auto center_mm = [](const PoseSample& s) { return 1e3 * s.center_error_m; };
+  const auto range_percent = [](const PoseSample& s) { return 100 * s.range_error_m / s.range_m; };
+  // down to a tenth of a millimetre: no pose is better, and zero has no logarithm
+  const auto center_log_mm = [](const PoseSample& s) {
+    return std::log10(std::max(0.1, 1e3 * s.center_error_m));
+  };
   const char* theta = "theta: circle's normal to line of sight, degrees";
-  return plots({scatter(poses, "Range error over range", "range, m", "range error, mm", range_m, range_mm),
-                scatter(poses, "Centre error over range", "range, m", "centre error, mm", range_m, center_mm),
-                scatter(poses, "Range error over theta", theta, "range error, mm", theta_deg, range_mm),
-                scatter(poses, "Centre error over theta", theta, "centre error, mm", theta_deg, center_mm)});
+  const char *range_error = "range error, % of the range", *center_error = "centre error, mm";
+  std::vector<Plot> list{
+      scatter(poses, "Range error over range", "range, m", range_error, range_m, range_percent),
+      scatter(poses, "Centre error over range", "range, m", center_error, range_m, center_log_mm),
+      scatter(poses, "Range error over theta", theta, range_error, theta_deg, range_percent),
+      scatter(poses, "Centre error over theta", theta, center_error, theta_deg, center_log_mm)};
+  list[1].is_log_y = list[3].is_log_y = true;
+  return plots(list);
 }
 
 std::string probability_section(const PoseComparison& poses) {
@@ -208,7 +216,8 @@ std::string pose_section(const PoseComparison& poses, const std::string& what) {
          "one draw, so this may well be 0.3 or 2.</p>\n" +
          pose_table("circles by range", rows_by_range(poses, Mark::Kind::circle)) +
          pose_table("circles by theta", rows_by_theta(poses)) +
-         pose_table("cargo rims by range", rows_by_range(poses, Mark::Kind::cargo));
+         pose_table("cargo rims by range", rows_by_range(poses, Mark::Kind::cargo)) +
+         pose_table("mark", rows_by_mark(poses));
 }
 
 double seconds_since(const Evaluation& evaluation, std::int64_t utime) {

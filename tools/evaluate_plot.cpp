@@ -12,11 +12,18 @@ namespace {
 constexpr double width = 560, height = 300, left = 62, right = 12, top = 44, bottom = 44;  // pixels
 constexpr std::size_t most_points = 3000;  // of a series: more are not told apart, and make a page slow
 
-/// A step of 1, 2 or 5 times a power of ten, for five to ten marks.
+/// A step of 1, 2 or 5 times a power of ten, for four to ten marks.
 double step_of(double range) {
-  const double power = std::pow(10, std::floor(std::log10(range / 5)));
-  const double rest = range / 5 / power;
-  return power * (rest < 2 ? (rest < 1 ? 1 : 2) : (rest < 5 ? 5 : 10));
+  const double power = std::pow(10, std::floor(std::log10(range / 4)));
+  const double rest = range / 4 / power;
+  return power * (rest < 5 ? (rest < 2 ? 1 : 2) : 5);
+}
+
+std::vector<double> marks_between(double least, double largest, double step) {
+  std::vector<double> marks;
+  for (auto k = static_cast<int>(std::ceil(least / step)); k * step <= largest; ++k)
+    marks.push_back(k * step);
+  return marks;
 }
 
 struct Axis {
@@ -43,7 +50,7 @@ Axis axis_of(std::vector<double> values, double left_out) {
 
 class Canvas {
  public:
-  Canvas(Axis x, Axis y) : x_(x), y_(y) {}
+  Canvas(Axis x, Axis y, bool is_log_y) : x_(x), y_(y), is_log_y_(is_log_y) {}
 
   [[nodiscard]] double u(double x) const { return left + x_.share(x) * (width - left - right); }
   [[nodiscard]] double v(double y) const { return height - bottom - y_.share(y) * (height - top - bottom); }
@@ -51,16 +58,17 @@ class Canvas {
 
   [[nodiscard]] std::string grid() const {
     std::string svg;
-    const double dx = step_of(x_.largest - x_.least), dy = step_of(y_.largest - y_.least);
-    for (double k = std::ceil(x_.least / dx); k * dx <= x_.largest; ++k) {
+    for (const double x : marks_between(x_.least, x_.largest, step_of(x_.largest - x_.least))) {
       svg += fmt::format(
           R"(<line class="g" x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text x="{0:.1f}" y="{3}" text-anchor="middle">{4:g}</text>)",
-          u(k * dx), top, height - bottom, height - bottom + 15, k * dx);
+          u(x), top, height - bottom, height - bottom + 15, x);
     }
-    for (double k = std::ceil(y_.least / dy); k * dy <= y_.largest; ++k) {
+    for (const double y :
+         marks_between(y_.least, y_.largest, is_log_y_ ? 1 : step_of(y_.largest - y_.least))) {
       svg += fmt::format(
           R"(<line class="{5}" x1="{1}" x2="{2}" y1="{0:.1f}" y2="{0:.1f}"/><text x="{3}" y="{4:.1f}" text-anchor="end">{6:g}</text>)",
-          v(k * dy), left, width - right, left - 5, v(k * dy) + 4, k == 0 ? "z" : "g", k * dy);
+          v(y), left, width - right, left - 5, v(y) + 4, y == 0 && !is_log_y_ ? "z" : "g",
+          is_log_y_ ? std::pow(10, y) : y);
     }
     return svg;
   }
@@ -82,18 +90,20 @@ class Canvas {
 
   [[nodiscard]] std::string dots(const PlotSeries& series) const {
     std::string path;
+    const bool are_few = series.points.size() < 30;
     const std::size_t stride = 1 + series.points.size() / most_points;
     for (std::size_t i = 0; i < series.points.size(); i += stride) {
       const PlotPoint& point = series.points[i];
       if (holds(point)) path += fmt::format("M{:.1f} {:.1f}h0", u(point.x), v(point.y));
     }
     return fmt::format(
-        R"(<path d="{}" fill="none" stroke="{}" stroke-width="3.4" stroke-linecap="round" stroke-opacity=".55"/>)",
-        path, series.colour);
+        R"(<path d="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linecap="round" stroke-opacity="{}"/>)",
+        path, series.colour, are_few ? 8 : 3.4, are_few ? 1 : 0.55);
   }
 
  private:
   Axis x_, y_;
+  bool is_log_y_;
 };
 
 }  // namespace
@@ -122,7 +132,7 @@ std::string svg_of(const Plot& plot) {
   const Axis x = axis_of(std::move(xs), 0);
   Axis y{plot.least_y, plot.largest_y};
   if (y.least == y.largest) y = axis_of(std::move(ys), 0.01);
-  const Canvas canvas(x, y);
+  const Canvas canvas(x, y, plot.is_log_y);
 
   std::string body, legend;
   std::size_t beyond = 0;

@@ -21,6 +21,7 @@ struct PlotSeries {
 struct Plot {
   std::string title, x_label, y_label;
   std::vector<PlotSeries> series;
+  bool is_log_y = false;              ///< then y is log10 of the value
   double least_y = 0, largest_y = 0;  ///< equal: from the values, but for the most extreme 1 %
 };
 

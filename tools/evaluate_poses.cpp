@@ -23,11 +23,11 @@ Eigen::Quaterniond quaternion(const double (&q)[4]) {
   return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized();
 }
 
-Mark mark_at(const truth_t& truth, Mark::Kind kind, std::int64_t name, const double (&center_ned_m)[3],
+Mark mark_at(const truth_t& truth, Mark::Kind kind, std::string name, const double (&center_ned_m)[3],
              const double (&normal_ned)[3], double radius_m) {
   const Eigen::Quaterniond camera_from_ned = quaternion(truth.ned_from_camera).conjugate();
   return {kind,
-          name,
+          std::move(name),
           camera_from_ned * (Eigen::Vector3d(center_ned_m) - Eigen::Vector3d(truth.camera_ned_m)),
           camera_from_ned * Eigen::Vector3d(normal_ned),
           radius_m,
@@ -108,6 +108,7 @@ PoseSample sample_of(std::int64_t utime, const pose_t& pose, const Mark& mark,
   PoseSample sample;
   sample.utime = utime;
   sample.kind = mark.kind;
+  sample.mark = mark.name;
   sample.range_m = mark.center_camera_m.norm();
   sample.theta_rad = mark.theta_rad();
   sample.range_error_m = chosen_m.norm() - sample.range_m;
@@ -128,7 +129,7 @@ PoseSample sample_of(std::int64_t utime, const pose_t& pose, const Mark& mark,
 /// Which track id each mark has had.
 class IdBook {
  public:
-  void add(std::int64_t utime, std::int64_t mark, std::int64_t track_id, PoseComparison& counts) {
+  void add(std::int64_t utime, const std::string& mark, std::int64_t track_id, PoseComparison& counts) {
     constexpr std::int64_t exit_us = 2'000'000;  // who is away for less must come back with the same id
     const auto before = last_.find(mark);
     if (before != last_.end() && before->second.track_id != track_id)
@@ -144,8 +145,8 @@ class IdBook {
   struct Last {
     std::int64_t utime, track_id;
   };
-  std::map<std::int64_t, Last> last_;           // by mark
-  std::map<std::int64_t, std::int64_t> owner_;  // by track id: its mark
+  std::map<std::string, Last> last_;           // by mark
+  std::map<std::int64_t, std::string> owner_;  // by track id: its mark
 };
 
 void add_probabilities(const pose_t& pose, const Mark& mark, std::vector<ProbabilityBin>& bins) {
@@ -228,19 +229,19 @@ double Mark::theta_rad() const {
 }
 
 MarksByTime marks_of(const std::vector<truth_t>& truth) {
-  constexpr std::int64_t cargo_names = 1'000'000;  // circles are named by platform and slot, below
   constexpr double whole_share = 0.99;  // of 180 points along its edge: one may fall on the image's border
   MarksByTime marks;
   for (const truth_t& frame : truth) {
     std::vector<Mark>& here = marks[frame.header.utime];
     for (const truth_circle_t& circle : frame.circles) {
       if (!circle.in_view) continue;
-      here.push_back(mark_at(frame, Mark::Kind::circle, circle.platform * 100 + circle.slot,
+      here.push_back(mark_at(frame, Mark::Kind::circle,
+                             fmt::format("platform {}, slot {}", circle.platform, circle.slot),
                              circle.center_ned_m, circle.normal_ned, circle.radius_m));
       here.back().is_whole = circle.visible_share >= whole_share;
     }
     for (const truth_cargo_t& cargo : frame.cargoes) {
-      Mark mark = mark_at(frame, Mark::Kind::cargo, cargo_names + cargo.index, cargo.center_ned_m,
+      Mark mark = mark_at(frame, Mark::Kind::cargo, fmt::format("cargo {}", cargo.index), cargo.center_ned_m,
                           cargo.axis_ned, cargo.radius_m);
       if (mark.center_camera_m.z() > 0 && mark.theta_rad() < 90 * deg) here.push_back(mark);
     }
@@ -255,7 +256,7 @@ MarksByTime marks_of(const std::vector<poses_t>& poses) {
     for (const pose_t& pose : frame.poses) {
       if (!is_measured(pose) || pose.solutions.empty()) continue;
       const auto kind = pose.label == ellipse_t::LABEL_CARGO ? Mark::Kind::cargo : Mark::Kind::circle;
-      here.push_back({kind, pose.track_id, center_of(pose.solutions.front()),
+      here.push_back({kind, fmt::format("track {}", pose.track_id), center_of(pose.solutions.front()),
                       Eigen::Vector3d(pose.solutions.front().normal_camera), pose.radius_m,
                       kind == Mark::Kind::circle && pose.kind == ellipse_t::KIND_WHOLE});
     }
@@ -326,6 +327,14 @@ std::vector<PoseRow> rows_by_theta(const PoseComparison& comparison) {
     if (sample.kind == Mark::Kind::circle) circles.push_back(sample);
   return rows_by(circles, {0, 4, 10, 15, 20, 25, 30, 40, 91}, "deg",
                  [](const PoseSample& sample) { return sample.theta_rad / deg; });
+}
+
+std::vector<PoseRow> rows_by_mark(const PoseComparison& comparison) {
+  std::map<std::string, std::vector<PoseSample>> by_mark;
+  for (const PoseSample& sample : comparison.samples) by_mark[sample.mark].push_back(sample);
+  std::vector<PoseRow> rows;
+  for (const auto& [mark, samples] : by_mark) rows.push_back(row_of(mark, samples));
+  return rows;
 }
 
 std::vector<TableOneRow> table_one(const PoseComparison& comparison) {

@@ -19,7 +19,7 @@ namespace stevedore {
 struct Mark {
   enum class Kind { circle, cargo };
   Kind kind = Kind::circle;
-  std::int64_t name = 0;  ///< the same in every frame
+  std::string name;  ///< the same in every frame
   Eigen::Vector3d center_camera_m;
   Eigen::Vector3d normal_camera;  ///< unit, towards the camera
   double radius_m = 0;
@@ -38,6 +38,7 @@ MarksByTime marks_of(const std::vector<poses_t>& poses);
 struct PoseSample {
   std::int64_t utime = 0;
   Mark::Kind kind = Mark::Kind::circle;
+  std::string mark;    ///< its name
   double range_m = 0;  ///< these two as they should be
   double theta_rad = 0;
   double range_error_m = 0;  ///< positive: said to be farther away than it is
@@ -110,6 +111,7 @@ PoseRow row_of(std::string name, const std::vector<PoseSample>& samples, const P
 
 std::vector<PoseRow> rows_by_range(const PoseComparison& comparison, Mark::Kind kind);
 std::vector<PoseRow> rows_by_theta(const PoseComparison& comparison);  ///< of circles
+std::vector<PoseRow> rows_by_mark(const PoseComparison& comparison);
 
 /// A position of the paper's Table 1.
 struct TableOneRow {
