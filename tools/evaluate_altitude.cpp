@@ -122,13 +122,17 @@ std::optional<double> true_height(const std::vector<truth_t>& truth, std::int64_
   return Plane{Eigen::Vector3d(below->center_ned_m) - camera_m, Eigen::Vector3d(below->normal_ned)}.below_m();
 }
 
-/// Whether the laser reads short by the height of a cargo and of nothing else.
-bool is_on_cargo(double vision_m, double laser_m) {
-  // three sigma of the laser's 3 cm, 1 % of the range for a camera and circles not known better, deck's tilt
-  const double noise_m = 0.09 + 0.01 * vision_m;
-  constexpr double handle_m = 0.42;  // a bucket's rim is at 0.3 m, its handle 0.12 m over that
+/// What vision and laser may differ by without a reason: three sigma of the laser's 3 cm, and 1 % of the
+/// height for a camera and circles that are not known better.
+double noise_m(double height_m) {
+  return 0.09 + 0.01 * height_m;
+}
+
+/// Whether the laser reads short by the height of something that stands on a deck.
+bool is_on_thing(double vision_m, double laser_m) {
+  constexpr double tallest_m = 1.9;  // a person; a bucket with its handle is 0.42 m tall
   const double short_m = vision_m - laser_m;
-  return short_m > noise_m && short_m < handle_m + noise_m;
+  return short_m > noise_m(vision_m) && short_m < tallest_m + noise_m(vision_m);
 }
 
 void sum_up(AltitudeComparison& result) {
@@ -136,8 +140,10 @@ void sum_up(AltitudeComparison& result) {
   std::vector<double> laser, laser_low, truth, laser_truth;
   for (const AltitudeSample& sample : result.samples) {
     if (sample.truth_m) truth.push_back(sample.vision_m - *sample.truth_m);
-    result.on_cargo += sample.on_cargo;
-    if (!sample.laser_m || sample.on_cargo) continue;
+    result.on_thing += sample.on_thing;
+    if (sample.on_thing && sample.truth_m)
+      result.confirmed += std::abs(sample.vision_m - *sample.truth_m) <= noise_m(sample.vision_m);
+    if (!sample.laser_m || sample.on_thing) continue;
     laser.push_back(sample.vision_m - *sample.laser_m);
     if (*sample.laser_m < low_m) laser_low.push_back(laser.back());
     if (sample.truth_m) laser_truth.push_back(*sample.laser_m - *sample.truth_m);
@@ -168,7 +174,7 @@ AltitudeComparison compare_altitudes(const FlightLog& flight, const LaserMount& 
                          });
     if (is_near) {
       sample.laser_m = Plane{*hit_m, deck.normal}.below_m();
-      sample.on_cargo = is_on_cargo(sample.vision_m, *sample.laser_m);
+      sample.on_thing = is_on_thing(sample.vision_m, *sample.laser_m);
     }
     result.samples.push_back(sample);
   }

@@ -18,12 +18,13 @@ struct AltitudeSample {
   double vision_m = 0;
   std::optional<double> laser_m;  ///< nothing: no reading, or the beam does not fall near a seen circle
   std::optional<double> truth_m;
-  bool on_cargo = false;  ///< the laser reads short by what a cargo stands over the deck
+  bool on_thing = false;  ///< the laser reads short by the height of something that stands on the deck
 };
 
 struct AltitudeComparison {
   std::vector<AltitudeSample> samples;
-  std::int64_t on_cargo = 0;  ///< laser readings taken for hits of a cargo; in none of these spreads
+  std::int64_t on_thing = 0;   ///< laser readings of something on the deck; in none of these spreads
+  std::int64_t confirmed = 0;  ///< of them, those where TRUTH says that vision was right
   Spread vision_less_laser_m;
   Spread vision_less_laser_low_m;  ///< below 2 m, where the paper has less than 0.2 m
   Spread vision_less_truth_m;

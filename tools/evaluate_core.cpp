@@ -82,10 +82,12 @@ void judge_ranges(const PoseComparison& poses, Mark::Kind kind, const char* name
   for (const PoseSample& sample : poses.samples)
     if (sample.kind == kind) shares.push_back(100 * sample.range_error_m / sample.range_m);
   const Spread spread = spread_of(shares);
-  verdicts.add(spread.count, spread.median <= 1, fmt::format("Range error of {}, all ranges", name),
-               fmt::format("median {:.1f} % of the range, 95 % below {:.1f} % ({} poses)", spread.median,
-                           spread.p95, spread.count),
-               "median at most 1 %, the paper's largest in its Table 1");
+  // focal length and paint are known to 0.3 and 0.5 % in the simulated world: three times both together
+  constexpr double limit_percent = 2;
+  verdicts.add(spread.count, spread.p95 <= limit_percent, fmt::format("Range error of {}, all ranges", name),
+               fmt::format("95 % within {:.1f} % of the range, median {:.1f} % ({} poses)", spread.p95,
+                           spread.median, spread.count),
+               fmt::format("95 % within {} %, what camera and paint explain", limit_percent));
 }
 
 void judge_poses(const PoseComparison& poses, Verdicts& verdicts) {
@@ -259,7 +261,8 @@ Json to_json(const PlatformComparison& platforms) {
 
 Json to_json(const AltitudeComparison& altitudes) {
   return {{"frames", altitudes.samples.size()},
-          {"laser_on_cargo", altitudes.on_cargo},
+          {"laser_on_thing", altitudes.on_thing},
+          {"laser_on_thing_confirmed", altitudes.confirmed},
           {"vision_less_laser_m", to_json(altitudes.vision_less_laser_m)},
           {"vision_less_laser_below_2m", to_json(altitudes.vision_less_laser_low_m)},
           {"vision_less_truth_m", to_json(altitudes.vision_less_truth_m)},

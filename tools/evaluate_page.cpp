@@ -242,7 +242,7 @@ std::string altitude_section(const Evaluation& evaluation) {
   if (altitudes.samples.empty())
     return "<h2>Altitude</h2>\n<p>No frame shows a circle whose height is known.</p>\n";
   PlotSeries truth{"truth", grey, true, {}, gap_s}, vision{"vision", blue, false, {}},
-      laser{"laser", green, false, {}}, cargo{"laser on a cargo", red, false, {}},
+      laser{"laser", green, false, {}}, thing{"laser on a thing on the deck", red, false, {}},
       difference{"vision - laser", blue, false, {}}, off{"vision - truth", grey, false, {}};
   for (const AltitudeSample& sample : altitudes.samples) {
     const double t = seconds_since(evaluation, sample.utime);
@@ -250,26 +250,28 @@ std::string altitude_section(const Evaluation& evaluation) {
     if (sample.truth_m) truth.points.push_back({t, *sample.truth_m});
     if (sample.truth_m) off.points.push_back({*sample.truth_m, sample.vision_m - *sample.truth_m});
     if (!sample.laser_m) continue;
-    (sample.on_cargo ? cargo : laser).points.push_back({t, *sample.laser_m});
-    if (!sample.on_cargo) difference.points.push_back({sample.vision_m, sample.vision_m - *sample.laser_m});
+    (sample.on_thing ? thing : laser).points.push_back({t, *sample.laser_m});
+    if (!sample.on_thing) difference.points.push_back({sample.vision_m, sample.vision_m - *sample.laser_m});
   }
   return "<h2>Altitude: vision against the laser</h2>\n<p>As in the paper's Fig. 9: height of the camera "
          "over the "
          "deck. The laser looks down from elsewhere on the aircraft and along its own axis, so its reading "
          "is "
          "carried over by the lever arm, the aircraft's tilt and the deck's. Only readings within 1 m of a "
-         "seen "
-         "circle count. Where the beam falls on a cargo (short by up to its height) it is marked, and left "
-         "out "
-         "of the figures.</p>\n" +
-         plots({{"Altitude in flight", "time, s", "camera over the deck, m", {truth, vision, laser, cargo}},
+         "circle in sight count. Where the beam falls on a thing on the deck (short by more than noise, and "
+         "by "
+         "no more than a person is tall) it is marked, and left out of the figures.</p>\n" +
+         plots({{"Altitude in flight", "time, s", "camera over the deck, m", {truth, vision, laser, thing}},
                 {"Differences over altitude", "altitude, m", "difference, m", {off, difference}}}) +
          table({"difference, m", "frames", "mean", "rms", "median", "95 %", "worst"},
                {spread_row("vision - laser", altitudes.vision_less_laser_m, 1),
                 spread_row("vision - laser, below 2 m", altitudes.vision_less_laser_low_m, 1),
                 spread_row("vision - truth", altitudes.vision_less_truth_m, 1),
                 spread_row("laser - truth", altitudes.laser_less_truth_m, 1)}) +
-         fmt::format("<p>{} laser readings on a cargo.</p>\n", altitudes.on_cargo);
+         fmt::format("<p>{} laser readings on a cargo or another thing{}.</p>\n", altitudes.on_thing,
+                     evaluation.has_truth() ? fmt::format("; in {} of them TRUTH says that vision was right",
+                                                          altitudes.confirmed)
+                                            : "");
 }
 
 std::string platform_section(const Evaluation& evaluation) {

@@ -89,10 +89,14 @@ void judge(const slot_t& slot, const truth_t& truth, const truth_circle_t& circl
   ++(is_right ? counts.right : counts.wrong);
 }
 
-void judge_slots(const platform_estimate_t& estimate, const truth_t& truth, const Eigen::Vector3d& offset_m,
+/// By where slots are on the deck, so that a deck out of view, whose place is no longer known to a slot's
+/// size, has the right slots for as long as its heading is known.
+void judge_slots(const platform_estimate_t& estimate, const truth_t& truth, const Eigen::Vector3d& middle_m,
                  SlotCounts& counts) {
   for (const slot_t& slot : estimate.slots) {
-    const Eigen::Vector3d place_m = Eigen::Vector3d(slot.center_ned_m) - offset_m;
+    const Eigen::Vector3d on_deck_m =
+        Eigen::Vector3d(slot.center_ned_m) - Eigen::Vector3d(estimate.center_ned_m);
+    const Eigen::Vector3d place_m = middle_m + on_deck_m;
     const truth_circle_t* closest = nullptr;
     double closest_m = std::numeric_limits<double>::infinity();
     for (const truth_circle_t& circle : truth.circles) {
@@ -160,7 +164,7 @@ PlatformComparison compare_platforms(const FlightLog& flight) {
       ++result.without_truth;
       continue;
     }
-    judge_slots(estimate, *truth, *offset_m, estimate.identity_certain ? result.certain : result.uncertain);
+    judge_slots(estimate, *truth, *middle, estimate.identity_certain ? result.certain : result.uncertain);
     if (in_view_s > 0) {
       ++result.in_view;
       result.in_view_certain += estimate.identity_certain;

@@ -309,11 +309,11 @@ TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a ca
   CHECK(result.vision_less_laser_m.worst == Approx(0).margin(1e-9));
   CHECK(result.vision_less_truth_m.count == 3);
   CHECK(result.vision_less_truth_m.worst == Approx(0).margin(1e-9));
-  CHECK(result.on_cargo == 0);
+  CHECK(result.on_thing == 0);
 
   for (altimeter_t& laser : flight.altimeter) laser.range_m = 4 - 0.3;
   result = compare_altitudes(flight, mount);
-  CHECK(result.on_cargo == 3);
+  CHECK(result.on_thing == 3);
   CHECK(result.vision_less_laser_m.count == 0);
 
   // the aircraft leans by 10 degrees to the right, its camera with it: the beam is longer
