@@ -279,7 +279,7 @@ std::string platform_section(const Evaluation& evaluation) {
   PlotSeries velocity{"velocity", blue, false, {}}, predicted{"predicted", blue, false, {}},
       held{"held to stand still", orange, false, {}};
   for (const PlatformSample& sample : platforms.samples) {
-    if (sample.in_view_s <= 0) continue;
+    if (!sample.in_view_s) continue;
     const double t = seconds_since(evaluation, sample.utime);
     velocity.points.push_back({t, sample.velocity_error_mps});
     if (sample.predicted_error_m) predicted.points.push_back({t, *sample.predicted_error_m});

@@ -112,13 +112,13 @@ void judge_slots(const platform_estimate_t& estimate, const truth_t& truth, cons
 /// For how long each platform has been in view.
 class Views {
  public:
-  double in_view_s(const platform_estimate_t& estimate) {
+  std::optional<double> in_view_s(const platform_estimate_t& estimate) {
     constexpr std::int64_t in_view_us = 500'000;
     const std::int64_t now = estimate.header.utime;
     const bool is_seen = estimate.seen_utime >= 0 && now - estimate.seen_utime < in_view_us;
     if (!is_seen) {
       since_.erase(estimate.platform);
-      return 0;
+      return std::nullopt;
     }
     const std::int64_t since = since_.try_emplace(estimate.platform, estimate.seen_utime).first->second;
     return static_cast<double>(now - since) * 1e-6;
@@ -132,7 +132,7 @@ void sum_up(PlatformComparison& result) {
   constexpr double low_m = 6, settled_s = 3;
   std::vector<double> position_m, velocity_mps, predicted_m, held_m, nees6;
   for (const PlatformSample& sample : result.samples) {
-    if (sample.height_m > low_m || sample.in_view_s < settled_s) continue;
+    if (sample.height_m > low_m || sample.in_view_s.value_or(0) < settled_s) continue;
     position_m.push_back(sample.position_error_m);
     velocity_mps.push_back(sample.velocity_error_mps);
     if (std::isfinite(sample.nees6)) nees6.push_back(sample.nees6);
@@ -155,7 +155,7 @@ PlatformComparison compare_platforms(const FlightLog& flight) {
   Views views;
   for (const platform_estimate_t& estimate : flight.estimates) {
     const std::int64_t now = estimate.header.utime;
-    const double in_view_s = views.in_view_s(estimate);
+    const auto in_view_s = views.in_view_s(estimate);
     const truth_t* truth = nearest(flight.truth, now, same_frame_us);
     const auto middle = truth ? middle_of(*truth, estimate.platform) : std::nullopt;
     const auto offset_m = truth ? told_less_true(flight, *truth) : std::nullopt;
@@ -165,7 +165,7 @@ PlatformComparison compare_platforms(const FlightLog& flight) {
       continue;
     }
     judge_slots(estimate, *truth, *middle, estimate.identity_certain ? result.certain : result.uncertain);
-    if (in_view_s > 0) {
+    if (in_view_s) {
       ++result.in_view;
       result.in_view_certain += estimate.identity_certain;
     }

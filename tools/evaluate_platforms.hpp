@@ -17,8 +17,8 @@ struct PlatformSample {
   std::int64_t utime = 0;
   int platform = 0;
   bool is_certain = false;
-  double in_view_s = 0;  ///< for how long without a gap; 0: not in view
-  double height_m = 0;   ///< of the camera over the deck
+  std::optional<double> in_view_s;  ///< for how long without a gap; nothing: it is not
+  double height_m = 0;              ///< of the camera over the deck
   double position_error_m = 0;
   double velocity_error_mps = 0;            ///< over ground, all three axes
   double nees6 = 0;                         ///< NEES / 6 of position and velocity

@@ -29,8 +29,9 @@ std::vector<double> marks_between(double least, double largest, double step) {
 struct Axis {
   double least, largest;
 
+  /// Values that are the same but for rounding have no scale of their own.
   void widen() {
-    if (largest > least) return;
+    if (largest - least > 1e-9) return;
     least -= 0.5;
     largest += 0.5;
   }

@@ -128,7 +128,7 @@ platform_estimate_t estimate_at(std::int64_t utime) {
   return estimate;
 }
 
-/// The laser sits 1.3 m behind the camera.
+/// As high as the camera.
 altimeter_t laser_at(std::int64_t utime) {
   altimeter_t laser{};
   laser.header.utime = utime;
@@ -302,7 +302,7 @@ TEST_CASE("Platforms are compared relative to the aircraft, whose own position i
 
 TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a cargo below the beam") {
   LaserMount mount;
-  mount.from_camera_body_m = {-1.3, 0, 0};  // over a slot's place when the deck has moved on by half a metre
+  mount.from_camera_body_m = {-0.3, -0.8, 0};  // over slot 3, when the deck has moved on by half a metre
   FlightLog flight = flight_of(3);
   AltitudeComparison result = compare_altitudes(flight, mount);
   CHECK(result.vision_less_laser_m.count == 3);
@@ -316,13 +316,14 @@ TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a ca
   CHECK(result.on_thing == 3);
   CHECK(result.vision_less_laser_m.count == 0);
 
-  // the aircraft leans by 10 degrees to the right, its camera with it: the beam is longer
+  // the aircraft leans by 10 degrees, its camera with it: the laser is higher up and its beam longer
   const double roll_rad = 10 * half_turn_rad / 180;
   for (poses_t& poses : flight.poses) {
     poses.gravity_camera[0] = std::sin(roll_rad);
     poses.gravity_camera[2] = std::cos(roll_rad);
   }
-  for (altimeter_t& laser : flight.altimeter) laser.range_m = 4 / std::cos(roll_rad);
+  for (altimeter_t& laser : flight.altimeter)
+    laser.range_m = (4 + 0.8 * std::sin(roll_rad)) / std::cos(roll_rad);
   result = compare_altitudes(flight, mount);
   CHECK(result.vision_less_laser_m.count == 3);
   CHECK(result.vision_less_laser_m.worst == Approx(0).margin(1e-9));
@@ -333,7 +334,7 @@ TEST_CASE("evaluate writes a page that needs nothing else, and JSON") {
   write_log(folder.file("flight.lcm"), flight_of(120));
   const ProgramRun run = run_program("$BIN/evaluate " + folder.file("flight.lcm"));
   CHECK(run.status == 0);
-  CHECK(run.err.empty());
+  CHECK(run.err == "");
   CHECK(run.out.find("good     Track ids") != std::string::npos);
   const auto json = nlohmann::json::parse(text_of(folder.file("evaluation.json")));
   CHECK(json["has_truth"] == true);
