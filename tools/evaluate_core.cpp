@@ -337,7 +337,10 @@ std::string to_text(const Evaluation& evaluation) {
     text += "No TRUTH in the log: only the laser, latencies and a second log can be compared with.\n\n";
   }
   if (evaluation.reference) {
-    text += fmt::format("Against {}:\n{}\n", evaluation.reference_log, to_text(*evaluation.reference));
+    const Spread range_m = all_circles(*evaluation.reference).range_m;
+    text += fmt::format(
+        "Against {}: {} poses of circles, ranges differ by {:.0f} mm (median), {:.0f} mm (95 %).\n\n",
+        evaluation.reference_log, range_m.count, 1e3 * range_m.median, 1e3 * range_m.p95);
   }
   for (const Verdict& verdict : verdicts_of(evaluation)) {
     text += fmt::format("{:<8} {}: {}\n", word_of(verdict.says), verdict.subject, verdict.text);

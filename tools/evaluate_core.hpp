@@ -52,7 +52,7 @@ Evaluation evaluate(const std::string& log, const std::string& reference);
 
 std::vector<Verdict> verdicts_of(const Evaluation& evaluation);
 nlohmann::ordered_json to_json(const Evaluation& evaluation);
-/// At most 100 columns wide.
+/// For a terminal.
 std::string to_text(const Evaluation& evaluation);
 
 }  // namespace stevedore

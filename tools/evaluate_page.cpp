@@ -217,6 +217,7 @@ std::string pose_section(const PoseComparison& poses, const std::string& what) {
          pose_table("circles by range", rows_by_range(poses, Mark::Kind::circle)) +
          pose_table("circles by theta", rows_by_theta(poses)) +
          pose_table("cargo rims by range", rows_by_range(poses, Mark::Kind::cargo)) +
+         "<p>By mark; in the simulated world the last platform is the take-off pad.</p>\n" +
          pose_table("mark", rows_by_mark(poses));
 }
 
