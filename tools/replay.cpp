@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "runtime/process.hpp"
+#include "tools/kept_configuration.hpp"
 #include "tools/replay_compare.hpp"
 #include "tools/replay_core.hpp"
 
@@ -57,30 +58,18 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-/// The lines of settings.txt: section.key=value, with or without --set before it.
-std::vector<std::string> settings_of(const fs::path& path) {
-  std::vector<std::string> settings;
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("--set ")) line.erase(0, 6);
-    if (!line.empty()) settings.push_back(line);
-  }
-  return settings;
-}
-
 /// Without --config, what ./run kept beside the log; says what is taken.
 void find_configuration(Options& o) {
   if (!o.config_file.empty()) return;
-  const fs::path folder = fs::path(o.log).parent_path();
-  if (!fs::is_regular_file(folder / "config.yaml")) {
+  const auto kept = configuration_beside(o.log);
+  if (!kept) {
     fmt::print(stderr, "No --config, and no config.yaml beside the log: settings have their defaults.\n");
     return;
   }
-  o.config_file = (folder / "config.yaml").string();
-  const auto kept = settings_of(folder / "settings.txt");
-  o.overrides.insert(o.overrides.begin(), kept.begin(), kept.end());
+  o.config_file = kept->file;
+  o.overrides.insert(o.overrides.begin(), kept->settings.begin(), kept->settings.end());
   fmt::print(stderr, "With {} and {} settings of settings.txt, both kept beside the log.\n", o.config_file,
-             kept.size());
+             kept->settings.size());
 }
 
 /// A log that takes its name, and the place of what had it, when it is complete.

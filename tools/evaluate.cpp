@@ -1,0 +1,59 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "runtime/command_line.hpp"
+#include "tools/evaluate_core.hpp"
+#include "tools/evaluate_page.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_file(const fs::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text << std::flush;
+  if (!file) throw std::runtime_error(path.string() + ": can't be written");
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Says how good the vision of a flight was: poses, ids, platforms and slots against TRUTH, altitude "
+      "against "
+      "the laser, latencies. Prints a table, and writes a page for people and JSON for programs.",
+      "evaluate");
+  std::string log, out, reference;
+  app.add_option("LOG", log, "log of a flight (recording.lcm of ./run)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("--out", out, "folder for evaluation.html and evaluation.json [that of LOG]");
+  app.add_option("--reference", reference,
+                 "another log of the same frames: its POSES are a second source to compare with")
+      ->check(CLI::ExistingFile);
+  app.footer(
+      "Where the laser sits and which camera flew is taken from config.yaml and settings.txt beside LOG, "
+      "where "
+      "./run keeps them. TRUTH is only there in logs of ./run --world.");
+  stevedore::parse_command_line(app, argc, argv, "1 if the log is damaged or nothing in it can be evaluated");
+
+  const stevedore::Evaluation evaluation = stevedore::evaluate(log, reference);
+  const fs::path folder = out.empty() ? fs::path(log).parent_path() : fs::path(out);
+  std::error_code ignored;  // the file says whether the folder is there
+  fs::create_directories(folder, ignored);
+  write_file(folder / "evaluation.html", stevedore::to_html(evaluation));
+  write_file(folder / "evaluation.json", stevedore::to_json(evaluation).dump(2) + "\n");
+  fmt::print("{}\nKept: {}, {}\n", stevedore::to_text(evaluation), (folder / "evaluation.html").string(),
+             (folder / "evaluation.json").string());
+  if (evaluation.flight.damage.empty()) return 0;
+  std::fflush(stdout);
+  fmt::print(stderr, "{}: {}\n", log, stevedore::describe(evaluation.flight.damage));
+  return stevedore::exit_failed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return stevedore::guarded_main([&] { return run(argc, argv); });
+}

@@ -1,0 +1,58 @@
+// How good a flight's vision was: all comparisons of a log, what follows from them, and their figures as JSON
+// and as text.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/evaluate_altitude.hpp"
+#include "tools/evaluate_log.hpp"
+#include "tools/evaluate_platforms.hpp"
+#include "tools/evaluate_poses.hpp"
+
+namespace stevedore {
+
+/// What is known of the aircraft that flew.
+struct Aircraft {
+  LaserMount laser;
+  std::optional<CommonError> common;  ///< errors that all poses of a flight share
+};
+
+/// From the configuration that ./run keeps beside the log; without it, all at its default. Throws
+/// ConfigError.
+Aircraft aircraft_of(const std::string& log);
+
+/// A requirement, and whether the flight met it.
+struct Verdict {
+  enum class Says { good, poor, nothing };
+  Says says = Says::nothing;
+  std::string subject;
+  std::string text;   ///< the figure
+  std::string limit;  ///< and what it is held against
+};
+
+struct Evaluation {
+  std::string log;
+  std::string reference_log;  ///< empty: none
+  FlightLog flight;
+  std::optional<PoseComparison> poses;      ///< against TRUTH
+  std::optional<PoseComparison> reference;  ///< against the poses of the other log
+  std::optional<PlatformComparison> platforms;
+  AltitudeComparison altitudes;
+  Spread to_poses_ms, to_mission_ms;
+
+  [[nodiscard]] bool has_truth() const { return poses.has_value(); }
+};
+
+/// reference: path of a log of the same frames whose POSES are a second source; empty: none.
+/// Throws std::runtime_error, ConfigError.
+Evaluation evaluate(const std::string& log, const std::string& reference);
+
+std::vector<Verdict> verdicts_of(const Evaluation& evaluation);
+nlohmann::ordered_json to_json(const Evaluation& evaluation);
+/// For a terminal.
+std::string to_text(const Evaluation& evaluation);
+
+}  // namespace stevedore

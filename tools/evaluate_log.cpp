@@ -1,0 +1,80 @@
+#include "tools/evaluate_log.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+namespace stevedore {
+namespace {
+
+template <class M>
+void keep(const LogEvent& event, const Channel<M>& channel, std::vector<M>& messages) {
+  if (auto message = decode(event, channel)) messages.push_back(*std::move(message));
+}
+
+template <class M>
+void sort_by_time(std::vector<M>& messages) {
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const M& a, const M& b) { return a.header.utime < b.header.utime; });
+}
+
+/// From capture to the first answer to each frame. Files played as fast as possible carry stamps of their own
+/// schedule, ahead of the clock: those count as zero.
+class Latencies {
+ public:
+  void add(const LogEvent& event, const char* channel) {
+    if (event.channel != channel) return;
+    const auto header = decode_header(event.bytes);
+    if (!header || header->frame_seq < 0) return;
+    const double late_ms = static_cast<double>(header->trace.publish_utime - header->utime) * 1e-3;
+    by_utime_ms_.try_emplace(header->utime, std::max(0.0, late_ms));
+  }
+  [[nodiscard]] std::vector<double> values_ms() const {
+    std::vector<double> values;
+    for (const auto& [utime, late_ms] : by_utime_ms_) values.push_back(late_ms);
+    return values;
+  }
+
+ private:
+  std::map<int64_t, double> by_utime_ms_;
+};
+
+}  // namespace
+
+FlightLog read_flight(const std::string& path) {
+  LogReader reader(path);
+  FlightLog flight;
+  LogSummary summary;
+  Latencies to_poses, to_mission;
+  while (const auto event = reader.next()) {
+    summary.add(*event);
+    keep(*event, channels::truth, flight.truth);
+    keep(*event, channels::poses, flight.poses);
+    keep(*event, channels::platform_estimate, flight.estimates);
+    keep(*event, channels::altimeter, flight.altimeter);
+    keep(*event, channels::vehicle_state, flight.vehicle);
+    keep(*event, channels::gimbal_state, flight.gimbal);
+    to_poses.add(*event, channels::poses.name);
+    to_mission.add(*event, channels::mission.name);
+  }
+  flight.report = summary.report();
+  flight.damage = reader.damage();
+  if (flight.poses.empty() && flight.estimates.empty()) {
+    throw std::runtime_error(fmt::format(
+        "{}: no POSES and no PLATFORM_ESTIMATE can be read in it, so there is nothing to evaluate. {}", path,
+        describe(flight.damage)));
+  }
+  flight.to_poses_ms = to_poses.values_ms();
+  flight.to_mission_ms = to_mission.values_ms();
+  sort_by_time(flight.truth);
+  sort_by_time(flight.poses);
+  sort_by_time(flight.estimates);
+  sort_by_time(flight.altimeter);
+  sort_by_time(flight.vehicle);
+  sort_by_time(flight.gimbal);
+  return flight;
+}
+
+}  // namespace stevedore
