@@ -267,6 +267,34 @@ void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colo
   }
 }
 
+EllipseEdge ArcMethod::at_full_size(EllipseEdge edge, const cv::Mat& bgr, const DetectorSettings& settings) {
+  constexpr double largest_px = 30;  // of which a pixel of the reduced plane is less than a fifteenth
+  if (edge.reduction == 1 || edge.ellipse.b_px > largest_px) return edge;
+  const cv::Rect box = neighbourhood(edge.ellipse, bgr.size());
+  if (box.width < 16 || box.height < 16) return edge;
+  close_colours_.compute(bgr(box), 1);
+  compute_gradient(close_colours_.planes[edge.weights == ColourPlanes::weights[0] ? 0 : 1], close_field_);
+  // the same edge is at least a third as strong everywhere
+  const int threshold = std::max(colour_[0].thresholds.follow, cvRound(edge.support.strength / 3));
+  const EllipseSearch search(close_field_, {threshold, threshold}, fit_frame(box.size()), settings);
+  std::optional<EllipseEdge> best;
+  for (const double scale : {1.0, 0.93, 0.87, 0.81}) {
+    const Ellipse& e = edge.ellipse;
+    const Ellipse guess{e.u_px - box.x, e.v_px - box.y, scale * e.a_px, scale * e.b_px, e.alpha_rad};
+    auto settled = search.settle(guess, edge.bright, settings.min_log_odds);
+    if (settled && (!best || settled->evidence > best->evidence)) best = std::move(settled);
+  }
+  if (!best) return edge;
+  best->ellipse.u_px += box.x;
+  best->ellipse.v_px += box.y;
+  for (int k = 0; k < best->support.count; ++k) {
+    EdgePoint& p = best->support.samples[static_cast<std::size_t>(k)].point;
+    p.u_px += static_cast<float>(box.x), p.v_px += static_cast<float>(box.y);
+  }
+  best->weights = edge.weights;
+  return *best;
+}
+
 std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
                                          const Optics& optics) {
   return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), Colour::used, settings,
@@ -287,9 +315,14 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
   const bool with_colour = colour == Colour::used && has_colour;
   if (with_colour) add_colour_edges(working, settings, edges);
   edges = settle_owners(std::move(edges));
+  if (with_colour)
+    for (EllipseEdge& edge : edges) edge = at_full_size(std::move(edge), working, settings);
   std::vector<MarkEdges> marks = group_rings(edges, settings.min_ring_ratio);
   const std::size_t count = edges.size();
   add_siblings(marks, with_colour, edges);
+  if (with_colour)
+    for (std::size_t k = count; k < edges.size(); ++k)
+      edges[k] = at_full_size(std::move(edges[k]), working, settings);
   if (edges.size() > count) marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
   const std::vector<MarkMeaning> meanings = find_meanings(marks, light_.field, light_.thresholds);
   const LightImage light(image, optics.light);

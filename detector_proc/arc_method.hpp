@@ -55,9 +55,15 @@ class ArcMethod {
   /// Marks of the size of those found, in every plane looked at.
   void add_siblings(const std::vector<MarkEdges>& marks, bool with_colour, std::vector<EllipseEdge>& edges);
 
+  /// An edge of a small ellipse in a reduced colour plane, at the size of `bgr`: thin rings and blur push it
+  /// outwards by up to a pixel of the reduced plane.
+  EllipseEdge at_full_size(EllipseEdge edge, const cv::Mat& bgr, const DetectorSettings& settings);
+
   Plane light_;
   ColourPlanes colours_;
   std::array<Plane, 2> colour_;  ///< of colours_.planes
+  ColourPlanes close_colours_;   ///< of one ellipse's neighbourhood, at full size
+  GradientField close_field_;
   cv::Mat small_;
 };
 

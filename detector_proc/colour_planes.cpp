@@ -4,13 +4,13 @@
 
 namespace stevedore {
 
-void ColourPlanes::compute(const cv::Mat& bgr) {
-  const cv::Size size = bgr.size() / reduction;
+void ColourPlanes::compute(const cv::Mat& bgr, int by) {
+  const cv::Size size = bgr.size() / by;
   // an odd last row or column makes no whole pixel
-  cv::resize(bgr(cv::Rect({0, 0}, size * reduction)), half, size, 0, 0, cv::INTER_AREA);
+  cv::resize(bgr(cv::Rect({0, 0}, size * by)), reduced, size, 0, 0, cv::INTER_AREA);
   for (cv::Mat& plane : planes) plane.create(size, CV_8UC1);
   for (int v = 0; v < size.height; ++v) {
-    const uchar* p = half.ptr(v);
+    const uchar* p = reduced.ptr(v);
     uchar *red_green = planes[0].ptr(v), *blue_yellow = planes[1].ptr(v);
     for (int u = 0; u < size.width; ++u) {
       const int blue = p[3 * u], green = p[3 * u + 1], red = p[3 * u + 2];
