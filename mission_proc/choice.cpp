@@ -67,10 +67,11 @@ void weigh(SlotCandidate& candidate, const ChoiceInputs& inputs, int failures) {
   const std::string seen =
       slot.seen_utime < 0 ? "never seen" : fmt::format("seen {:.1f} s ago", std::max(0.0, unseen_s));
   candidate.reason = fmt::format(
-      "{:.1f} m away, +{:.1f} {} failures, +{:.1f} {} occupied beside it, +{:.1f} {}, +{:.1f} {:.0f} % "
-      "sure{}",
+      "{:.1f} m away, +{:.1f} ({} failures), +{:.1f} ({} not empty beside it), +{:.1f} ({}), +{:.1f} ({:.0f} "
+      "% "
+      "sure){}",
       way_m, failure_m * failures, failures, neighbour_m * neighbours, neighbours, unseen_m, seen, unsure_m,
-      100 * slot.confidence, kept ? fmt::format(", -{:.1f} chosen before", kept_m) : "");
+      100 * slot.confidence, kept ? fmt::format(", -{:.1f} (chosen before)", kept_m) : "");
 }
 
 }  // namespace

@@ -155,7 +155,8 @@ std::string heading_of(const Said& said) {
   text += fmt::format("target:  {}\n", place_of(m));
   text += fmt::format("because: {}\n", m.reason.empty() ? "-" : m.reason);
   if (said.decision)
-    text += fmt::format("decided: at {:.2f} s: {}\n", said.decision->log_s, said.decision->reason);
+    text += fmt::format("decided: at {:.2f} s{}\n", said.decision->log_s,
+                        said.decision->reason == m.reason ? ", for that" : ": " + said.decision->reason);
   return text + fmt::format("cargoes: {} delivered, {} attempts, {}\n", m.delivered, m.attempts,
                             m.carrying ? "one on the hook" : "none on the hook");
 }

@@ -72,7 +72,7 @@ class Flight {
 void fly(Flight& flight) {
   auto weighed =
       std::vector{circle(0, 7.25, true, "a cargo stands in it: 7.2 m away"),
-                  circle(2, 4.5, true, "a cargo stands in it: 4.0 m away, +0.5 1 occupied beside it"),
+                  circle(2, 4.5, true, "a cargo stands in it: 4.0 m away, +0.5 (1 not empty beside it)"),
                   circle(3, 5, false, "no cargo stands in it: 5.0 m away")};
   flight.say(1, mission(mission_t::PHASE_SEARCH, "in the air", weighed));
   weighed[1].chosen = true;
@@ -226,8 +226,9 @@ TEST_CASE("the reason of a slot has every part of its cost") {
   // 3 m of way + 3 m for a failure + 0.5 m for its neighbour + 0.2 m a second + 2 m x 0.1
   CHECK(slots[0].cost == Approx(6.9));
   CHECK(slots[0].reason ==
-        "a cargo stands in it: 3.0 m away, +3.0 1 failures, +0.5 1 occupied beside it, +0.2 seen 1.0 s ago, "
-        "+0.2 90 % sure");
+        "a cargo stands in it: 3.0 m away, +3.0 (1 failures), +0.5 (1 not empty beside it), +0.2 (seen 1.0 s "
+        "ago), "
+        "+0.2 (90 % sure)");
   CHECK(slots[1].chosen);
   CHECK(slots[2].reason.starts_with("no cargo stands in it: 5.0 m away, "));
   CHECK_FALSE(slots[2].eligible);
