@@ -73,9 +73,11 @@ int fly_one(const Options& options) {
   return 0;
 }
 
-/// Sea states 0 to 3 in turn; a core is a worker's, who draws with one thread.
+/// Sea states 0 to 3 in turn. A core is a worker's, who draws with one thread and, since it may be killed,
+/// leaves no shared memory behind.
 std::vector<std::string> sets_of(const Options& options, std::int64_t seed) {
-  std::vector<std::string> sets{fmt::format("sim.sea_state={}", seed % 4), "sim.render_threads=1"};
+  std::vector<std::string> sets{fmt::format("sim.sea_state={}", seed % 4), "sim.render_threads=1",
+                                "sim.transport=raw"};
   sets.insert(sets.end(), options.sets.begin(), options.sets.end());
   return sets;
 }
