@@ -212,6 +212,7 @@ std::string summary_of(const std::vector<MissionLine>& lines) {
   std::set<std::int64_t> seeds;
   for (const MissionLine& line : lines)
     if (seeds.insert(line.seed).second) once.push_back(line);
+  std::sort(once.begin(), once.end(), [](const auto& a, const auto& b) { return a.seed < b.seed; });
   if (once.empty()) return "no mission was flown\n";
   int all = 0, delivered = 0, of = 0, attempts = 0;
   for (const MissionLine& line : once) {
