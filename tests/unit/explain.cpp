@@ -220,13 +220,13 @@ TEST_CASE("the reason of a slot has every part of its cost") {
   inputs.deck = &deck;
   inputs.utime = news.utime;
   inputs.hook_odometry_m = {0, 0};
-  inputs.failures = {1, 0, 0};
+  inputs.failures = {2, 0, 0};
   const auto slots = weigh_slots(inputs);
   REQUIRE(slots.size() == 3);
-  // 3 m of way + 3 m for a failure + 0.5 m for its neighbour + 0.2 m a second + 2 m x 0.1
-  CHECK(slots[0].cost == Approx(6.9));
+  // 3 m of way + 6 m for two failures + 0.5 m for its neighbour + 0.2 m a second + 2 m x 0.1
+  CHECK(slots[0].cost == Approx(9.9));
   CHECK(slots[0].reason ==
-        "a cargo stands in it: 3.0 m away, +3.0 (1 failures), +0.5 (1 not empty beside it), +0.2 (seen 1.0 s "
+        "a cargo stands in it: 3.0 m away, +6.0 (2 failures), +0.5 (1 not empty beside it), +0.2 (seen 1.0 s "
         "ago), "
         "+0.2 (90 % sure)");
   CHECK(slots[1].chosen);
