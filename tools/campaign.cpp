@@ -121,6 +121,7 @@ int fly_many(const Options& options) {
   orders.stops = stop_requested;
   int flown = 0, all = 0, failed = 0;
   const auto count = static_cast<int>(orders.seeds.size());
+  stop_on_signals();
   progress.show(
       fmt::format("{} missions to fly, {} lines in {} already", count, file.lines().size(), options.out));
   orders.ended = [&](const WorkerEnd& end) {
@@ -134,7 +135,6 @@ int fly_many(const Options& options) {
                               flown, count, all, seconds_since(start) / 60 * (count - flown) / flown,
                               line.seed, line.delivered, line.of, line.cause));
   };
-  stop_on_signals();
   run_workers(orders);
   progress.end();
   if (stop_requested()) {

@@ -38,8 +38,11 @@ int memory_file(const char* name) {
 std::string content_of(const FileDescriptor& file) {
   std::string text;
   std::array<char, 4096> part{};
-  for (ssize_t n; (n = pread(file.get(), part.data(), part.size(), static_cast<off_t>(text.size()))) > 0;)
-    text.append(part.data(), static_cast<std::size_t>(n));
+  for (ssize_t count = -1; count != 0;) {
+    count =
+        std::max<ssize_t>(0, pread(file.get(), part.data(), part.size(), static_cast<off_t>(text.size())));
+    text.append(part.data(), static_cast<std::size_t>(count));
+  }
   return text;
 }
 

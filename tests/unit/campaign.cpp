@@ -246,10 +246,12 @@ TEST_CASE("a worker that is killed, or can't fly, has its cause in the line") {
 TEST_CASE("a campaign that is stopped records nothing half done, and its workers end with it") {
   const Folder folder;
   const std::string out = folder.file("c.jsonl");
-  const auto run = run_program(fly + "--missions 2 --jobs 2 --longest 1000 --out " + out +
-                               " & sleep 1.5; kill -TERM $!; wait $!");
+  const std::string log = folder.file("log");
+  const auto run =
+      run_program(fly + "--missions 2 --jobs 2 --longest 1000 --out " + out + " >" + log +
+                  " & until grep -q 'to fly' " + log + "; do sleep 0.1; done; kill -TERM $!; wait $!");
   CHECK(run.status == exit_stopped);
-  CHECK_THAT(run.out, Contains("stopped: the same command goes on"));
+  CHECK_THAT(text_of(log), Contains("stopped: the same command goes on"));
   CHECK(text_of(out).empty());
 }
 
