@@ -112,10 +112,11 @@ MissionLine line_of(const Options& options, const WorkerEnd& end) {
 
 int fly_many(const Options& options) {
   const auto start = Clock::now();
+  const Shard shard = parse_shard(options.shard);
   MissionFile file(options.out);
   ProgressLine progress;
   WorkerOrders orders;
-  orders.seeds = seeds_to_fly(options.seed, options.missions, parse_shard(options.shard), file.lines());
+  orders.seeds = seeds_to_fly(options.seed, options.missions, shard, file.lines());
   orders.jobs = options.jobs;
   orders.arguments = [&](std::int64_t seed) { return arguments_of(options, seed); };
   orders.stops = stop_requested;
