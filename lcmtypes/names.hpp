@@ -26,6 +26,11 @@ inline const char* phase_name(int8_t phase) {
       phase);
 }
 
+/// mission_t::ACTION_*
+inline const char* action_name(int8_t action) {
+  return name_of(std::array{"none", "hover", "go to", "descend", "grab", "release", "climb", "land"}, action);
+}
+
 /// emergency_t::KIND_*
 inline const char* emergency_name(int16_t kind) {
   return name_of(

@@ -60,12 +60,18 @@ void weigh(SlotCandidate& candidate, const ChoiceInputs& inputs, int failures) {
   const double unseen_s =
       slot.seen_utime < 0 ? 1e9 : static_cast<double>(inputs.utime - slot.seen_utime) * 1e-6;
   const bool kept = inputs.kept == candidate.slot;
-  candidate.cost = way_m + failure_m * failures + neighbour_m * neighbours +
-                   std::min(most_unseen_m, unseen_mps * std::max(0.0, unseen_s)) +
-                   doubt_m * (1 - slot.confidence) - (kept ? kept_m : 0);
-  candidate.reason =
-      fmt::format("{}: {:.1f} m away, {} occupied beside it, {} failures{}", word(slot.condition), way_m,
-                  neighbours, failures, kept ? ", chosen before" : "");
+  const double unseen_m = std::min(most_unseen_m, unseen_mps * std::max(0.0, unseen_s));
+  const double unsure_m = doubt_m * (1 - slot.confidence);
+  candidate.cost =
+      way_m + failure_m * failures + neighbour_m * neighbours + unseen_m + unsure_m - (kept ? kept_m : 0);
+  const std::string seen =
+      slot.seen_utime < 0 ? "never seen" : fmt::format("seen {:.1f} s ago", std::max(0.0, unseen_s));
+  candidate.reason = fmt::format(
+      "{:.1f} m away, +{:.1f} ({} failures), +{:.1f} ({} not empty beside it), +{:.1f} ({}), +{:.1f} ({:.0f} "
+      "% "
+      "sure){}",
+      way_m, failure_m * failures, failures, neighbour_m * neighbours, neighbours, unseen_m, seen, unsure_m,
+      100 * slot.confidence, kept ? fmt::format(", -{:.1f} (chosen before)", kept_m) : "");
 }
 
 }  // namespace
@@ -83,7 +89,8 @@ std::vector<SlotCandidate> weigh_slots(const ChoiceInputs& inputs) {
     weigh(candidate, inputs, failures);
     const std::string against = objection(slots[i], inputs, failures);
     candidate.eligible = against.empty();
-    if (!candidate.eligible) candidate.reason = against;
+    candidate.reason =
+        fmt::format("{}: {}", candidate.eligible ? word(slots[i].condition) : against, candidate.reason);
     const bool wished = inputs.wished == candidate.slot;
     if (wished && candidate.eligible) {
       candidate.cost -= 1000;

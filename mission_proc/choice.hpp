@@ -31,8 +31,8 @@ struct ChoiceInputs {
   int most_failures = 4;
 };
 
-/// Every circle of the platform, with its cost and the reason for or against it; one is chosen, if any can
-/// be.
+/// Every circle of the platform, with its cost, what that is made of, and the reason for or against it; one
+/// is chosen, if any can be.
 ///
 /// cost = horizontal way of the hook [m]
 ///      + 3 m a failure (a second way there and back)
