@@ -77,27 +77,34 @@ Edges edges_of(const Patch& patch) {
   cv::GaussianBlur(patch.pixels, smooth, {5, 5}, 1.0);
   std::vector<cv::Mat> planes;
   cv::split(smooth, planes);
-  Edges edges{cv::Mat_<cv::Vec2f>(smooth.size(), cv::Vec2f()), cv::Mat_<float>(smooth.size(), 0.F), 0};
-  cv::Mat_<float> du, dv;
+  cv::Mat_<int> squares(patch_px, patch_px, 0);
+  cv::Mat_<cv::Vec2s> strongest(patch_px, patch_px, cv::Vec2s());
+  cv::Mat_<short> du, dv;
   for (const cv::Mat& plane : planes) {
-    cv::Sobel(plane, du, CV_32F, 1, 0, 3, 1 / 8.0);
-    cv::Sobel(plane, dv, CV_32F, 0, 1, 3, 1 / 8.0);
+    cv::spatialGradient(plane, du, dv);
     for (int v = 1; v < patch_px - 1; ++v) {
+      const short *along = du[v], *down = dv[v];
+      int* square = squares[v];
+      cv::Vec2s* out = strongest[v];
       for (int u = 1; u < patch_px - 1; ++u) {
-        if (!patch.sees(v, u)) continue;
-        const float square = du(v, u) * du(v, u) + dv(v, u) * dv(v, u);
-        if (square <= edges.magnitude(v, u)) continue;
-        edges.magnitude(v, u) = square;
-        edges.gradient(v, u) = {du(v, u), dv(v, u)};
+        const int s = along[u] * along[u] + down[u] * down[u];
+        if (s > square[u]) square[u] = s, out[u] = {along[u], down[u]};
       }
     }
   }
+  squares.setTo(0, patch.seen == 0);
+  constexpr float per_level = 8;  // the 3x3 derivative of a slope of one level a pixel
+  Edges edges;
+  strongest.convertTo(edges.gradient, CV_32F, 1 / per_level);
+  squares.convertTo(edges.magnitude, CV_32F, 1 / (per_level * per_level));
   cv::sqrt(edges.magnitude, edges.magnitude);
-  // noise and texture have the median; an edge of less than two grey levels a pixel is none that could be
-  // trusted
-  std::vector<float> all(edges.magnitude.begin(), edges.magnitude.end());
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-  edges.threshold = std::max(2.F, 2 * all[all.size() / 2]);
+  // noise and texture have the median (to a sixteenth of a level); an edge of less than two grey levels a pixel is
+  // none that could be trusted
+  std::array<int, 4096> histogram{};
+  for (const float m : edges.magnitude) ++histogram[static_cast<std::size_t>(std::min(16 * m, 4095.F))];
+  std::size_t median = 0;
+  for (int below = histogram[0]; 2 * below < patch_px * patch_px; below += histogram[median]) ++median;
+  edges.threshold = std::max(2.F, 2 * static_cast<float>(median) / 16);
   return edges;
 }
 

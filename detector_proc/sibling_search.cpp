@@ -32,7 +32,7 @@ class BoundaryPoint {
 class Votes {
  public:
   Votes(cv::Size frame, const Ellipse& shape)
-      : cell_px_(static_cast<float>(std::max(2.0, cell_share * shape.b_px))),
+      : cell_px_(static_cast<float>(std::max(3.0, cell_share * shape.b_px))),
         margin_px_(static_cast<float>(shape.a_px)),
         sums_(cells_of(frame.height), cells_of(frame.width), 0) {}
 
@@ -53,7 +53,7 @@ class Votes {
     std::vector<Place> all, places;
     for (int j = 1; j < sums_.rows - 1; ++j) {
       for (int i = 1; i < sums_.cols - 1; ++i) {
-        if (sums_(j, i) == 0) continue;
+        if (9 * sums_(j, i) < least) continue;  // the fullest of the nine
         int sum = 0, sum_u = 0, sum_v = 0;
         for (int dj = -1; dj <= 1; ++dj) {
           for (int di = -1; di <= 1; ++di) {
