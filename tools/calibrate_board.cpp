@@ -115,7 +115,7 @@ void refine(const Board& board, const cv::Mat& grey, View& view) {
   const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 40, 1e-3);
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
     if (!std::isfinite(nearest[i])) continue;
-    const int half = std::clamp(static_cast<int>(share * nearest[i]), 2, 10);
+    const int half = std::clamp(static_cast<int>(share * nearest[i]) - 1, 2, 5);
     std::vector<cv::Point2f> corner = {view.corners_px[i]};
     cv::cornerSubPix(grey, corner, {half, half}, {-1, -1}, until);
     view.corners_px[i] = corner[0];
