@@ -10,7 +10,6 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 
 namespace stevedore {
 namespace {
@@ -20,8 +19,8 @@ namespace {
 /// after the other. Images of more pixels are given the same angle: 1.6 px at 640 x 480.
 constexpr double most_blur_px = 1.6, most_blur_by_diagonal = 0.002;
 
-/// A corner is found in the window about it, half a square each way, that must hold its edges: 2.5 of the blur
-/// above.
+/// A corner is found in the window about it, half a square each way, that must hold its edges: 2.5 of the
+/// blur above.
 constexpr double least_square_px = 10;
 
 /// What a board says of the lens grows with the square of its extent: one seven times smaller than the image
@@ -42,10 +41,6 @@ const std::map<std::string, cv::aruco::PREDEFINED_DICTIONARY_NAME> dictionaries 
 
 cv::Ptr<cv::aruco::CharucoBoard> charuco(const Board& board) {
   const auto dictionary = cv::aruco::getPredefinedDictionary(dictionaries.at(board.codes));
-  const int markers = (board.corners.width + 1) * (board.corners.height + 1) / 2;
-  if (markers > dictionary->bytesList.rows)
-    throw std::invalid_argument(fmt::format("{} has {} codes, the board needs {}", board.codes,
-                                            dictionary->bytesList.rows, markers));
   return cv::aruco::CharucoBoard::create(board.corners.width + 1, board.corners.height + 1,
                                          static_cast<float>(board.square_m),
                                          static_cast<float>(board.marker_m), dictionary);
@@ -62,7 +57,8 @@ cv::Mat draw_chessboard(const Board& board, int square_px) {
 
 View find_chessboard(const Board& board, const cv::Mat& grey) {
   View view;
-  if (!cv::findChessboardCornersSB(grey, board.corners, view.corners_px, cv::CALIB_CB_NORMALIZE_IMAGE)) return {};
+  if (!cv::findChessboardCornersSB(grey, board.corners, view.corners_px, cv::CALIB_CB_NORMALIZE_IMAGE))
+    return {};
   for (int id = 0; id < board.corners.area(); ++id) view.ids.push_back(id);
   return view;
 }
@@ -104,13 +100,16 @@ double length_px(const View& view, const std::pair<std::size_t, std::size_t>& ed
   return cv::norm(view.corners_px[edge.first] - view.corners_px[edge.second]);
 }
 
-/// Both finders leave noise that is not in the image, and the second half a pixel more (OpenCV 4.6): each corner
-/// once more, in a window that its neighbours, and a ChArUco board's markers, stay out of.
+/// Both finders leave noise that is not in the image, and OpenCV 4.6's for ChArUco half a pixel more: each
+/// corner is found once more, in a window that its neighbours and a ChArUco board's markers stay out of, a
+/// pixel of blur included. Beyond 5 px the edges of a board at the border of a wide lens bend away from
+/// straight lines by 0.07 px and more.
 void refine(const Board& board, const cv::Mat& grey, View& view) {
   std::vector<double> nearest(view.ids.size(), HUGE_VAL);
   for (const auto& direction : edges_of(board, view))
     for (const auto& edge : direction)
-      for (const std::size_t i : {edge.first, edge.second}) nearest[i] = std::min(nearest[i], length_px(view, edge));
+      for (const std::size_t i : {edge.first, edge.second})
+        nearest[i] = std::min(nearest[i], length_px(view, edge));
   const double share = board.kind == Board::Kind::charuco ? (1 - board.marker_m / board.square_m) / 2 : 0.4;
   const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 40, 1e-3);
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
@@ -129,7 +128,8 @@ cv::Mat across_edge(const View& view, const std::pair<std::size_t, std::size_t>&
   const cv::Point2f middle = (a + b) / 2, along = (b - a) / cv::norm(b - a), across(-along.y, along.x);
   const double length = cv::norm(b - a);
   // half of the edge, so that neighbouring edges stay out; and as far across
-  const int half_long = static_cast<int>(length / 4), half_across = static_cast<int>(length * 0.4) * samples_a_pixel;
+  const int half_long = static_cast<int>(length / 4),
+            half_across = static_cast<int>(length * 0.4) * samples_a_pixel;
   cv::Mat map(2 * half_across + 1, 2 * half_long + 1, CV_32FC2), patch;
   for (int row = 0; row < map.rows; ++row)
     for (int col = 0; col < map.cols; ++col)
@@ -139,15 +139,16 @@ cv::Mat across_edge(const View& view, const std::pair<std::size_t, std::size_t>&
   return patch;
 }
 
-/// Standard deviation of the Gaussian whose slope is as steep, over the contrast of its surroundings. Near the
-/// edge only: a ChArUco board's markers have edges too, an eighth of a square away.
+/// Standard deviation of the Gaussian whose slope is as steep, over the contrast of its surroundings. Near
+/// the edge only: a ChArUco board's markers have edges too, an eighth of a square away.
 double edge_blur_px(const cv::Mat& patch) {
   cv::Mat profile;
   cv::reduce(patch, profile, 1, cv::REDUCE_AVG, CV_64F);
   const int middle = profile.rows / 2, reach = std::max(samples_a_pixel, middle / 4);
   double slope = 0;
   for (int row = std::max(middle - reach, 2); row <= std::min(middle + reach, profile.rows - 3); ++row)
-    slope = std::max(slope, std::abs(profile.at<double>(row + 2) - profile.at<double>(row - 2)));  // a pixel apart
+    slope = std::max(slope,
+                     std::abs(profile.at<double>(row + 2) - profile.at<double>(row - 2)));  // a pixel apart
   double darkest = 0, brightest = 0;
   cv::minMaxLoc(profile, &darkest, &brightest);
   if (slope <= 0) return HUGE_VAL;
@@ -168,6 +169,14 @@ std::vector<std::string> code_names() {
   return names;
 }
 
+std::optional<std::string> fault_of(const Board& board) {
+  if (board.kind == Board::Kind::chessboard) return std::nullopt;
+  const int needed = (board.corners.width + 1) * (board.corners.height + 1) / 2;
+  const int codes = cv::aruco::getPredefinedDictionary(dictionaries.at(board.codes))->bytesList.rows;
+  if (needed <= codes) return std::nullopt;
+  return fmt::format("{} has {} codes, the board needs {}", board.codes, codes, needed);
+}
+
 cv::Mat draw_board(const Board& board, int square_px) {
   if (board.kind == Board::Kind::chessboard) return draw_chessboard(board, square_px);
   cv::Mat image;
@@ -178,7 +187,8 @@ cv::Mat draw_board(const Board& board, int square_px) {
 }
 
 std::variant<View, Refusal> look(const Board& board, const cv::Mat& grey, const std::string& name) {
-  View view = board.kind == Board::Kind::chessboard ? find_chessboard(board, grey) : find_charuco(board, grey);
+  View view =
+      board.kind == Board::Kind::chessboard ? find_chessboard(board, grey) : find_charuco(board, grey);
   view.name = name;
   const std::size_t all = static_cast<std::size_t>(board.corners.area());
   if (view.ids.empty())
@@ -187,14 +197,16 @@ std::variant<View, Refusal> look(const Board& board, const cv::Mat& grey, const 
                                      board.corners.width, board.corners.height)
                        : "no corner of the board was found"};
   if (view.ids.size() < std::min(fewest_corners, all))
-    return Refusal{fmt::format("{} of {} corners found, {} are needed", view.ids.size(), all, fewest_corners)};
+    return Refusal{
+        fmt::format("{} of {} corners found, {} are needed", view.ids.size(), all, fewest_corners)};
   const auto edges = edges_of(board, view);
   std::vector<double> lengths;
   for (const auto& direction : edges)
     for (const auto& edge : direction) lengths.push_back(length_px(view, edge));
   if (edges[0].empty() || edges[1].empty()) return Refusal{"corners of one line of the board only"};
   if (const double side = median(lengths); side < least_square_px)
-    return Refusal{fmt::format("too small: its squares are {:.1f} px wide, {} are needed", side, least_square_px)};
+    return Refusal{
+        fmt::format("too small: its squares are {:.1f} px wide, {} are needed", side, least_square_px)};
   std::vector<cv::Point2f> hull;
   cv::convexHull(view.corners_px, hull);
   if (const double share = cv::contourArea(hull) / grey.size().area(); share < least_area)
@@ -204,7 +216,8 @@ std::variant<View, Refusal> look(const Board& board, const cv::Mat& grey, const 
   const double blur = blur_px(board, view, grey);
   const double most = std::max(most_blur_px, most_blur_by_diagonal * std::hypot(grey.cols, grey.rows));
   if (blur > most)
-    return Refusal{fmt::format("blurred: edges are spread over {:.1f} px (sigma), at most {:.1f} will do", blur, most)};
+    return Refusal{
+        fmt::format("blurred: edges are spread over {:.1f} px (sigma), at most {:.1f} will do", blur, most)};
   return view;
 }
 
@@ -225,7 +238,8 @@ std::optional<Refusal> too_similar(const Board& board, const View& view, const s
   for (std::size_t i = 0; i < view.ids.size(); ++i) here[view.ids[i]] = view.corners_px[i];
   const int last = board.corners.area() - 1;
   for (const View& other : taken) {
-    for (const bool turned : {false, true}) {  // a chessboard is told from itself by half a turn at times only
+    for (const bool turned :
+         {false, true}) {  // a chessboard is told from itself by half a turn at times only
       double way = 0;
       std::size_t both = 0;
       for (std::size_t i = 0; i < other.ids.size(); ++i) {

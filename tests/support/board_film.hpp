@@ -15,7 +15,7 @@
 namespace stevedore {
 
 struct BoardPose {
-  Eigen::Matrix3d turn;   ///< board to camera
+  Eigen::Matrix3d turn;     ///< board to camera
   Eigen::Vector3d place_m;  ///< of the board's origin, the outer corner of its first square
 };
 
@@ -24,7 +24,8 @@ inline Eigen::Vector2d middle_m(const Board& board) {
 }
 
 /// Turned by these angles about the camera's axes, its middle at `middle_camera_m`.
-inline BoardPose board_pose(const Board& board, const Eigen::Vector3d& degrees, const Eigen::Vector3d& middle_camera_m) {
+inline BoardPose board_pose(const Board& board, const Eigen::Vector3d& degrees,
+                            const Eigen::Vector3d& middle_camera_m) {
   const Eigen::Vector3d a = degrees * M_PI / 180;
   const Eigen::Matrix3d turn = (Eigen::AngleAxisd(a.y(), Eigen::Vector3d::UnitY()) *
                                 Eigen::AngleAxisd(a.x(), Eigen::Vector3d::UnitX()) *
@@ -35,7 +36,8 @@ inline BoardPose board_pose(const Board& board, const Eigen::Vector3d& degrees, 
 }
 
 /// Where the lens shows a point of the board; far outside for one behind.
-inline Eigen::Vector2d board_pixel(const CameraModel& camera, const BoardPose& pose, const Eigen::Vector3d& point_m) {
+inline Eigen::Vector2d board_pixel(const CameraModel& camera, const BoardPose& pose,
+                                   const Eigen::Vector3d& point_m) {
   const auto seen = project(camera, pose.turn * point_m + pose.place_m);
   return seen ? seen->pixel_px : Eigen::Vector2d(-1e6, -1e6);
 }
@@ -61,12 +63,14 @@ inline View true_view(const Board& board, const CameraModel& camera, const Board
 inline std::vector<BoardPose> good_poses(const Board& board, const CameraModel& camera, unsigned seed) {
   std::mt19937 dice(seed);
   std::uniform_real_distribution<double> any(-1, 1);
-  const double w = (board.corners.width + 1) * board.square_m, h = (board.corners.height + 1) * board.square_m;
+  const double w = (board.corners.width + 1) * board.square_m,
+               h = (board.corners.height + 1) * board.square_m;
   const auto inside = [&](const BoardPose& pose) {
     for (const double x : {0.0, w / 2, w})
       for (const double y : {0.0, h / 2, h}) {
         const Eigen::Vector2d px = board_pixel(camera, pose, {x, y, 0});
-        if (!(px.x() > 4 && px.y() > 4 && px.x() < camera.given.width_px - 5 && px.y() < camera.given.height_px - 5))
+        if (!(px.x() > 4 && px.y() > 4 && px.x() < camera.given.width_px - 5 &&
+              px.y() < camera.given.height_px - 5))
           return false;
       }
     return true;
@@ -75,8 +79,8 @@ inline std::vector<BoardPose> good_poses(const Board& board, const CameraModel& 
   for (int round = 0; round < 2; ++round)
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y) {
-        const Eigen::Vector3d tilt((round ? -25 : 25) + 8 * any(dice), (round == (x + y) % 2 ? 25 : -25) + 8 * any(dice),
-                                   15 * any(dice));
+        const Eigen::Vector3d tilt((round ? -25 : 25) + 8 * any(dice),
+                                   (round == (x + y) % 2 ? 25 : -25) + 8 * any(dice), 15 * any(dice));
         const double distance_m = w * (0.85 + 0.25 * any(dice));
         std::optional<BoardPose> last;
         for (double out = 0; out < 1; out += 0.01) {  // outwards until it would leave the picture
@@ -105,15 +109,17 @@ class BoardFilm {
     Eigen::Matrix2Xd pixels(2, static_cast<Eigen::Index>(w) * h);
     for (int v = 0; v < h; ++v)
       for (int u = 0; u < w; ++u)
-        pixels.col(static_cast<Eigen::Index>(v) * w + u) = Eigen::Vector2d((u + 0.5) / finer - 0.5, (v + 0.5) / finer - 0.5);
+        pixels.col(static_cast<Eigen::Index>(v) * w + u) =
+            Eigen::Vector2d((u + 0.5) / finer - 0.5, (v + 0.5) / finer - 0.5);
     CameraModel unit = camera;
     unit.rectified = {camera.given.width_px, camera.given.height_px, 1, 1, 0, 0};
     rays_ = undistort_points(unit, pixels);
   }
 
-  /// Grey levels: 40 the board's black, 210 its white, 120 around it. `blur_px`: lens; `moved_px`: motion to the
-  /// right while exposing.
-  cv::Mat take(const BoardPose& pose, double noise_levels, unsigned seed, double blur_px = 0.6, int moved_px = 0) const {
+  /// Grey levels: 40 the board's black, 210 its white, 120 around it. `blur_px`: lens; `moved_px`: motion to
+  /// the right while exposing.
+  cv::Mat take(const BoardPose& pose, double noise_levels, unsigned seed, double blur_px = 0.6,
+               int moved_px = 0) const {
     const int w = camera_.given.width_px * finer, h = camera_.given.height_px * finer;
     const Eigen::Matrix3d back = pose.turn.transpose();
     const Eigen::Vector3d eye = -back * pose.place_m;

@@ -10,9 +10,9 @@ using namespace stevedore;
 
 namespace {
 
-const std::vector<std::string> programs = {"camera_proc",  "detector_proc", "tracker_proc", "pose_proc",
-                                           "mission_proc", "record",        "replay",       "report",
-                                           "overlay",      "locate",        "doctor",       "settings"};
+const std::vector<std::string> programs = {
+    "camera_proc", "detector_proc", "tracker_proc", "pose_proc", "mission_proc", "record",   "replay",
+    "report",      "overlay",       "locate",       "doctor",    "settings",     "calibrate"};
 const std::string golden_log = STEVEDORE_SOURCE_DIR "/logs/film.lcm";
 
 }  // namespace
