@@ -30,9 +30,10 @@ constexpr double least_area = 1.0 / 50;
 /// A view has six unknowns of its own, three corners' worth. The rest is what it says of the camera.
 constexpr std::size_t fewest_corners = 8;
 
-/// Of the diagonal, the mean way of corners between two views (16 px at 640 x 480). What bends a lens's image
-/// changes over a fifth of it or so; a board held still adds the same error of corners again, not news.
-constexpr double least_way = 0.02;
+/// Of the diagonal, the way of the corner that moved most between two views (24 px at 640 x 480). What bends
+/// a lens's image changes over a fifth of it or so, and a tilt by 20 degrees moves a corner of a board half
+/// as wide as the image as far; a board held still adds the same error of corners again, not news.
+constexpr double least_way = 0.03;
 
 const std::map<std::string, cv::aruco::PREDEFINED_DICTIONARY_NAME> dictionaries = {
     {"4X4_50", cv::aruco::DICT_4X4_50},   {"4X4_100", cv::aruco::DICT_4X4_100},
@@ -245,13 +246,14 @@ std::optional<Refusal> too_similar(const Board& board, const View& view, const s
       for (std::size_t i = 0; i < other.ids.size(); ++i) {
         const auto at = here.find(turned ? last - other.ids[i] : other.ids[i]);
         if (at == here.end()) continue;
-        way += cv::norm(at->second - other.corners_px[i]);
+        way = std::max(way, cv::norm(at->second - other.corners_px[i]));
         ++both;
       }
       // another half of the board is another view
-      if (2 * both > std::max(here.size(), other.ids.size()) && way < least * static_cast<double>(both))
-        return Refusal{fmt::format("too similar to {}: its corners are {:.0f} px away, {:.0f} are needed",
-                                   other.name, way / static_cast<double>(both), least)};
+      if (2 * both > std::max(here.size(), other.ids.size()) && way < least)
+        return Refusal{
+            fmt::format("too similar to {}: no corner moved more than {:.0f} px, {:.0f} are needed",
+                        other.name, way, least)};
     }
   }
   return std::nullopt;

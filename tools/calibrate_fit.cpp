@@ -6,8 +6,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "geometry/lens.hpp"
@@ -18,7 +20,7 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr int steps = 30;
+constexpr int steps = 100;
 constexpr double converged = 1e-10;  ///< of the sum of squares: far below what one corner's noise adds
 
 /// The scatter of a view's rms over 20 corners is 1 / sqrt(80) = 11 %; near and far, steep and flat boards
@@ -105,7 +107,7 @@ Pose pose_of(const Board& board, const View& view, const CameraModel& camera) {
 class Adjustment {
  public:
   Adjustment(const Board& board, const std::vector<View>& views, CameraModel camera, std::vector<Pose> poses)
-      : board_(board), views_(views), camera_(std::move(camera)), poses_(std::move(poses)) {
+      : board_(&board), views_(&views), camera_(std::move(camera)), poses_(std::move(poses)) {
     linearise();
   }
 
@@ -121,7 +123,7 @@ class Adjustment {
         continue;
       }
       const bool done = squares_ - next.squares_ < converged * squares_;
-      take(next);
+      *this = std::move(next);
       damping /= 10;
       if (done) return;
     }
@@ -129,12 +131,8 @@ class Adjustment {
 
   [[nodiscard]] const CameraModel& camera() const { return camera_; }
   [[nodiscard]] double squares() const { return squares_; }
-  [[nodiscard]] const Eigen::MatrixXd& information() const { return information_; }
-  /// The lens's step to the least squares, of the linear problem.
-  [[nodiscard]] Eigen::VectorXd lens_step() const { return information_.ldlt().solve(gradient_); }
-  [[nodiscard]] double step_gain() const { return gradient_.dot(lens_step()); }
   [[nodiscard]] double noise_variance(bool with_lens) const {
-    Eigen::Index freedom = with_lens ? -information_.rows() : 0;
+    Eigen::Index freedom = with_lens ? -static_cast<Eigen::Index>(4 + camera_.coefficients.size()) : 0;
     for (const auto& v : linear_) freedom += v.miss.size() - 6;
     return squares_ / static_cast<double>(std::max<Eigen::Index>(1, freedom));
   }
@@ -142,9 +140,9 @@ class Adjustment {
   [[nodiscard]] Fit result(double variance) const {
     Fit fit;
     fit.camera = camera_;
-    for (std::size_t i = 0; i < views_.size(); ++i) {
+    for (std::size_t i = 0; i < views_->size(); ++i) {
       const Eigen::VectorXd& miss = linear_[i].miss;
-      FittedView v{views_[i], rms(miss.squaredNorm(), views_[i].ids.size()), {}, {}};
+      FittedView v{(*views_)[i], rms(miss.squaredNorm(), (*views_)[i].ids.size()), {}, {}};
       for (Eigen::Index c = 0; c < miss.size(); c += 2)
         v.misses_px.emplace_back(static_cast<float>(miss[c]), static_cast<float>(miss[c + 1]));
       cv::Matx33d turn;
@@ -153,12 +151,12 @@ class Adjustment {
       const auto& place = poses_[i].place_m;
       if (v.normal.dot(Eigen::Vector3d(place[0], place[1], place[2])) > 0) v.normal = -v.normal;
       fit.views.push_back(std::move(v));
-      fit.corners += views_[i].ids.size();
+      fit.corners += (*views_)[i].ids.size();
     }
     fit.rms_px = rms(squares_, fit.corners);
-    fit.covariance =
-        information_.ldlt().solve(Eigen::MatrixXd::Identity(information_.rows(), information_.cols())) *
-        variance;
+    const Eigen::MatrixXd information = reduced(0).information;
+    fit.covariance = variance * information.ldlt().solve(
+                                    Eigen::MatrixXd::Identity(information.rows(), information.cols()));
     return fit;
   }
 
@@ -167,45 +165,50 @@ class Adjustment {
   }
 
  private:
-  void take(const Adjustment& other) {
-    camera_ = other.camera_;
-    poses_ = other.poses_;
-    linear_ = other.linear_;
-    squares_ = other.squares_;
-    information_ = other.information_;
-    gradient_ = other.gradient_;
-  }
-
   void linearise() {
-    const auto count = static_cast<Eigen::Index>(4 + camera_.coefficients.size());
-    information_ = Eigen::MatrixXd::Zero(count, count);
-    gradient_ = Eigen::VectorXd::Zero(count);
     squares_ = 0;
     linear_.clear();
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      linear_.push_back(linear(board_, views_[i], camera_, poses_[i]));
-      const Linear& v = linear_.back();
-      squares_ += v.miss.squaredNorm();
-      const Eigen::MatrixXd cross = v.by_lens.transpose() * v.by_pose;
-      const Matrix6d own = v.by_pose.transpose() * v.by_pose;
-      const auto own_inverse = own.ldlt();
-      information_ += v.by_lens.transpose() * v.by_lens - cross * own_inverse.solve(cross.transpose());
-      gradient_ += v.by_lens.transpose() * v.miss - cross * own_inverse.solve(v.by_pose.transpose() * v.miss);
+    for (std::size_t i = 0; i < views_->size(); ++i) {
+      linear_.push_back(linear(*board_, (*views_)[i], camera_, poses_[i]));
+      squares_ += linear_.back().miss.squaredNorm();
     }
+  }
+
+  /// What is left of the normal equations for the lens once each view's pose follows it.
+  struct Reduced {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+  };
+  [[nodiscard]] Reduced reduced(double damping) const {
+    const auto count = static_cast<Eigen::Index>(4 + camera_.coefficients.size());
+    Reduced r{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
+    for (const Linear& v : linear_) r.information += v.by_lens.transpose() * v.by_lens;
+    r.information.diagonal() *= 1 + damping;
+    for (const Linear& v : linear_) {
+      const Eigen::MatrixXd cross = v.by_lens.transpose() * v.by_pose;
+      const auto own = damped_own(v, damping).ldlt();
+      r.information -= cross * own.solve(cross.transpose());
+      r.gradient += v.by_lens.transpose() * v.miss - cross * own.solve(v.by_pose.transpose() * v.miss);
+    }
+    return r;
+  }
+
+  static Matrix6d damped_own(const Linear& v, double damping) {
+    Matrix6d own = v.by_pose.transpose() * v.by_pose;
+    own.diagonal() *= 1 + damping;
+    return own;
   }
 
   void move(bool with_lens, double damping) {
-    Eigen::VectorXd lens = Eigen::VectorXd::Zero(gradient_.size());
+    Eigen::VectorXd lens = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(4 + camera_.coefficients.size()));
     if (with_lens) {
-      Eigen::MatrixXd damped = information_;
-      damped.diagonal() *= 1 + damping;
-      lens = damped.ldlt().solve(gradient_);
+      const Reduced r = reduced(damping);
+      lens = r.information.ldlt().solve(r.gradient);
     }
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      Matrix6d own = linear_[i].by_pose.transpose() * linear_[i].by_pose;
-      own.diagonal() *= 1 + damping;
+    for (std::size_t i = 0; i < views_->size(); ++i) {
+      const Linear& v = linear_[i];
       const Vector6d pose =
-          own.ldlt().solve(linear_[i].by_pose.transpose() * (linear_[i].miss - linear_[i].by_lens * lens));
+          damped_own(v, damping).ldlt().solve(v.by_pose.transpose() * (v.miss - v.by_lens * lens));
       for (int k = 0; k < 3; ++k) {
         poses_[i].turn[k] += pose[k];
         poses_[i].place_m[k] += pose[k + 3];
@@ -221,43 +224,55 @@ class Adjustment {
     linearise();
   }
 
-  const Board& board_;
-  const std::vector<View>& views_;
+  const Board* board_;
+  const std::vector<View>* views_;
   CameraModel camera_;
   std::vector<Pose> poses_;
   std::vector<Linear> linear_;
-  Eigen::MatrixXd information_;  // of the lens; over the noise's variance
-  Eigen::VectorXd gradient_;
   double squares_ = 0;
 };
 
-/// What OpenCV finds, to start from.
-CameraModel first_guess(const Board& board, const std::vector<View>& views, const cv::Size& image_px,
-                        Distortion lens, std::vector<Pose>& poses) {
-  std::vector<std::vector<cv::Point3f>> points;
-  std::vector<std::vector<cv::Point2f>> corners;
-  for (const View& view : views) {
-    points.push_back(board_points(board, view));
-    corners.push_back(view.corners_px);
-  }
-  cv::Mat matrix, coefficients;
-  std::vector<cv::Mat> turns, places;
-  if (lens == Distortion::equidistant) {
-    cv::fisheye::calibrate(points, corners, image_px, matrix, coefficients, turns, places,
-                           cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW);
-  } else {
-    cv::calibrateCamera(points, corners, image_px, matrix, coefficients, turns, places);
-  }
+/// A lens of this kind that is `degrees` wide, without coefficients.
+CameraModel plain_lens(Distortion lens, const cv::Size& image_px, double degrees) {
+  const double half_rad = degrees / 2 * std::numbers::pi / 180, half_px = image_px.width / 2.0;
+  const bool fisheye = lens == Distortion::equidistant;
+  const double focal_px = half_px / (fisheye ? half_rad : std::tan(half_rad));
   CameraModel camera;
   camera.distortion = lens;
-  camera.given = {image_px.width,          image_px.height,         matrix.at<double>(0, 0),
-                  matrix.at<double>(1, 1), matrix.at<double>(0, 2), matrix.at<double>(1, 2)};
-  const auto count = lens == Distortion::equidistant ? 4 : 5;
-  const cv::Mat row = coefficients.reshape(1, 1);
-  for (int k = 0; k < count; ++k) camera.coefficients.push_back(row.at<double>(k));
-  for (std::size_t i = 0; i < views.size(); ++i)
-    poses.push_back({cv::Vec3d(turns[i].reshape(1, 3)), cv::Vec3d(places[i].reshape(1, 3))});
+  camera.coefficients.assign(fisheye ? 4 : 5, 0);
+  camera.given = {image_px.width,
+                  image_px.height,
+                  focal_px,
+                  focal_px,
+                  (image_px.width - 1) / 2.0,
+                  (image_px.height - 1) / 2.0};
   return camera;
+}
+
+/// From the width, of a few, that explains the views best by itself. (cv::fisheye::calibrate, which finds its
+/// start itself, gives up on good views.)
+Adjustment adjusted(const Board& board, const std::vector<View>& views, const cv::Size& image_px,
+                    Distortion lens) {
+  std::optional<Adjustment> best;
+  for (const double degrees : {30, 50, 70, 90, 110, 130, 150}) {
+    const CameraModel camera = plain_lens(lens, image_px, degrees);
+    std::vector<Pose> poses;
+    try {
+      for (const View& view : views) poses.push_back(pose_of(board, view, camera));
+    } catch (const std::runtime_error&) {
+      continue;
+    }
+    Adjustment start(board, views, camera, std::move(poses));
+    start.solve(false);
+    if (!best || start.squares() < best->squares()) best.emplace(start);
+  }
+  if (best) best->solve(true);
+  if (!best || !std::isfinite(best->squares()))
+    throw std::runtime_error(
+        "no lens explains these views: more of them are needed, tilted and all over the picture, or the "
+        "board is "
+        "not the one stated");
+  return *best;
 }
 
 double median_rms(const Fit& fit) {
@@ -291,18 +306,7 @@ Fit fit(const Board& board, const std::vector<View>& views, const cv::Size& imag
   if (views.size() < fewest_views)
     throw std::runtime_error(
         fmt::format("{} good views; at least {} are needed", views.size(), fewest_views));
-  std::vector<Pose> poses;
-  CameraModel camera;
-  try {
-    camera = first_guess(board, views, image_px, lens, poses);
-  } catch (const cv::Exception&) {
-    throw std::runtime_error(
-        "no lens explains these views: more of them are needed, tilted and all over the picture, or the "
-        "board is "
-        "not the one stated");
-  }
-  Adjustment adjustment(board, views, std::move(camera), std::move(poses));
-  adjustment.solve(true);
+  const Adjustment adjustment = adjusted(board, views, image_px, lens);
   Fit out = adjustment.result(adjustment.noise_variance(true));
   out.camera.rectified = out.camera.given;
   if (!out.covariance.allFinite() || !(out.covariance.diagonal().minCoeff() > 0))

@@ -59,7 +59,7 @@ inline View true_view(const Board& board, const CameraModel& camera, const Board
 }
 
 /// A careful person's set: boards to all sides and in all corners of the picture that face the camera but for
-/// a tilt, each twice.
+/// a tilt, each twice; and once more in the corners, without.
 inline std::vector<BoardPose> good_poses(const Board& board, const CameraModel& camera, unsigned seed) {
   std::mt19937 dice(seed);
   std::uniform_real_distribution<double> any(-1, 1);
@@ -76,26 +76,34 @@ inline std::vector<BoardPose> good_poses(const Board& board, const CameraModel& 
     return true;
   };
   std::vector<BoardPose> poses;
-  for (int round = 0; round < 2; ++round)
+  for (int round = 0; round < 3; ++round)
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y) {
-        const Eigen::Vector3d tilt((round ? -25 : 25) + 8 * any(dice),
-                                   (round == (x + y) % 2 ? 25 : -25) + 8 * any(dice), 15 * any(dice));
+        if (round == 2 && (x == 0 || y == 0)) continue;
+        Eigen::Vector3d tilt(round ? -25 : 25, round == (x + y) % 2 ? 25 : -25, 0);
+        if (round == 2) tilt.setZero();
+        tilt += Eigen::Vector3d(8 * any(dice), 8 * any(dice), (round == 2 ? 4 : 15) * any(dice));
         const double distance_m = w * (0.85 + 0.25 * any(dice));
         std::optional<BoardPose> last;
-        for (double out = 0; out < 1; out += 0.01) {  // outwards until it would leave the picture
-          const Eigen::Vector2d pixel((camera.given.width_px - 1) * (1 + out * x) / 2,
-                                      (camera.given.height_px - 1) * (1 + out * y) / 2);
-          const auto ray = unproject(camera, pixel);
-          if (!ray) break;
-          const Eigen::Vector3d sight = ray->point.homogeneous().normalized();
-          BoardPose pose = board_pose(board, tilt, Eigen::Vector3d::Zero());
-          const Eigen::Matrix3d facing =
-              Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), sight).toRotationMatrix();
-          pose = {facing * pose.turn, facing * pose.place_m + distance_m * sight};
-          if (!inside(pose)) break;
-          last = pose;
-        }
+        Eigen::Vector2d out(0, 0);
+        const auto move = [&](double dx, double dy) {  // outwards until it would leave the picture
+          for (Eigen::Vector2d next = out; next.maxCoeff() < 1; next += Eigen::Vector2d(dx, dy)) {
+            const auto ray = unproject(camera, {(camera.given.width_px - 1) * (1 + next.x() * x) / 2,
+                                                (camera.given.height_px - 1) * (1 + next.y() * y) / 2});
+            if (!ray) return;
+            const Eigen::Vector3d sight = ray->point.homogeneous().normalized();
+            const BoardPose pose = board_pose(board, tilt, Eigen::Vector3d::Zero());
+            const Eigen::Matrix3d facing =
+                Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), sight).toRotationMatrix();
+            const BoardPose there = {facing * pose.turn, facing * pose.place_m + distance_m * sight};
+            if (!inside(there)) return;
+            last = there;
+            out = next;
+          }
+        };
+        move(0.01, 0.01);
+        move(0.01, 0);
+        move(0, 0.01);
         if (last) poses.push_back(*last);
       }
   return poses;
