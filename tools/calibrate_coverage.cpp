@@ -67,7 +67,7 @@ std::vector<std::string> missing_views(const std::vector<View>& views, const Fit
                                        const cv::Size& image_px) {
   std::vector<std::string> missing;
   if (views.size() < fewest_views)
-    missing.push_back(fmt::format("{} views so far, at least {} are needed", views.size(), fewest_views));
+    missing.push_back(fmt::format("{} of at least {} views", views.size(), fewest_views));
   for (const Region& region : regions(image_px)) {
     const auto seen = std::count_if(views.begin(), views.end(), [&](const View& view) {
       return std::any_of(view.corners_px.begin(), view.corners_px.end(),

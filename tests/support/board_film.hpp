@@ -14,6 +14,23 @@
 
 namespace stevedore {
 
+inline const cv::Size example_px(640, 480);
+
+/// Wide lenses: 93 degrees with plumb_bob, 126 with equidistant.
+inline CameraModel example_lens(Distortion kind) {
+  CameraModel camera;
+  camera.distortion = kind;
+  if (kind == Distortion::plumb_bob) {
+    camera.given = {example_px.width, example_px.height, 302.0, 301.4, 321.3, 238.2};
+    camera.coefficients = {-0.28, 0.075, 0.0006, -0.0004, 0};
+  } else {
+    camera.given = {example_px.width, example_px.height, 290.0, 289.5, 317.0, 243.0};
+    camera.coefficients = {0.02, -0.01, 0.004, -0.001};
+  }
+  camera.rectified = camera.given;
+  return camera;
+}
+
 struct BoardPose {
   Eigen::Matrix3d turn;     ///< board to camera
   Eigen::Vector3d place_m;  ///< of the board's origin, the outer corner of its first square

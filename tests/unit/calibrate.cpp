@@ -15,21 +15,7 @@ using namespace stevedore;
 namespace {
 
 constexpr double noise_levels = 4;
-const cv::Size image_px(640, 480);
-
-CameraModel lens_of(Distortion kind) {
-  CameraModel camera;
-  camera.distortion = kind;
-  if (kind == Distortion::plumb_bob) {
-    camera.given = {image_px.width, image_px.height, 302.0, 301.4, 321.3, 238.2};
-    camera.coefficients = {-0.28, 0.075, 0.0006, -0.0004, 0};
-  } else {
-    camera.given = {image_px.width, image_px.height, 290.0, 289.5, 317.0, 243.0};
-    camera.coefficients = {0.02, -0.01, 0.004, -0.001};
-  }
-  camera.rectified = camera.given;
-  return camera;
-}
+const cv::Size image_px = example_px;
 
 Board board_of(Board::Kind kind) {
   Board board;
@@ -38,7 +24,7 @@ Board board_of(Board::Kind kind) {
 }
 
 const Board chessboard = board_of(Board::Kind::chessboard);
-const CameraModel wide = lens_of(Distortion::plumb_bob);
+const CameraModel wide = example_lens(Distortion::plumb_bob);
 
 /// The board straight before the camera, so far that a square is so wide.
 BoardPose straight(double square_px, const Eigen::Vector3d& degrees = Eigen::Vector3d::Zero(),
@@ -91,7 +77,7 @@ CameraModel with_focal(double factor) {
 
 TEST_CASE("rendered boards give the lens back, within what the covariance says") {
   const auto board = board_of(GENERATE(Board::Kind::chessboard, Board::Kind::charuco));
-  const CameraModel camera = lens_of(GENERATE(Distortion::plumb_bob, Distortion::equidistant));
+  const CameraModel camera = example_lens(GENERATE(Distortion::plumb_bob, Distortion::equidistant));
   const BoardFilm film(board, camera);
   std::vector<View> views;
   unsigned number = 0;
@@ -118,7 +104,7 @@ TEST_CASE("rendered boards give the lens back, within what the covariance says")
 }
 
 TEST_CASE("the covariance is as large as the errors, over many sets with known noise") {
-  const CameraModel camera = lens_of(GENERATE(Distortion::plumb_bob, Distortion::equidistant));
+  const CameraModel camera = example_lens(GENERATE(Distortion::plumb_bob, Distortion::equidistant));
   const auto poses = good_poses(chessboard, camera, 1);
   std::mt19937 dice(7);
   constexpr int sets = 60;
@@ -197,10 +183,25 @@ TEST_CASE("a view whose residual sticks out is refused after the fit") {
   CHECK(fit.rms_px < 0.08);
 }
 
-TEST_CASE("too few views, or views that can't tell, are no calibration") {
+TEST_CASE("too few views are no calibration") {
   auto views = true_views();
   views.resize(fewest_views - 1);
   CHECK_THROWS_WITH(fit(chessboard, views, image_px, Distortion::plumb_bob), Catch::Contains("at least 8"));
+}
+
+TEST_CASE("boards that all face the camera leave the focal length open, and it is said") {
+  std::mt19937 dice(4);
+  std::vector<BoardPose> poses;
+  for (int i = 0; i < 12; ++i)
+    poses.push_back(straight(22, {0, 0, 0}, {60.0 * (i % 4) - 90, 60.0 * (i / 4) - 60}));
+  const Fit tilted = fit(chessboard, true_views(), image_px, Distortion::plumb_bob);
+  try {
+    const Fit flat = fit(chessboard, true_views(poses, wide, 0.05, dice), image_px, Distortion::plumb_bob);
+    CHECK(flat.covariance(0, 0) > 400 * tilted.covariance(0, 0));
+    CHECK(has(missing_views({}, &flat, image_px), "nothing tilted"));
+  } catch (const std::runtime_error& error) {
+    CHECK_THAT(error.what(), Catch::Contains("tilted"));
+  }
 }
 
 TEST_CASE("what is missing is said in words") {
@@ -221,7 +222,7 @@ TEST_CASE("what is missing is said in words") {
   std::mt19937 dice(2);
   const auto small = missing_views({true_view(chessboard, wide, straight(20), 0, dice)}, nullptr, image_px);
   CHECK(small.size() == 10);
-  CHECK(has(small, "1 views so far, at least 8"));
+  CHECK(has(small, "1 of at least 8 views"));
   CHECK(has(small, "no board at the upper edge"));
   CHECK(has(small, "only one board in the middle"));
 }
@@ -263,7 +264,7 @@ TEST_CASE("a file is held against new images") {
   CHECK(wrong.better[0] == Approx(wide.given.fx_px).epsilon(0.002));
   CHECK(check(chessboard, {views[0]}, wide).fits());
   CHECK(check(chessboard, {views[4]}, wide).fits());
-  CHECK_FALSE(check(chessboard, views, lens_of(Distortion::equidistant)).fits());
+  CHECK_FALSE(check(chessboard, views, example_lens(Distortion::equidistant)).fits());
   CameraModel straight_lens = wide;
   straight_lens.distortion = Distortion::none;
   straight_lens.coefficients.clear();
