@@ -269,9 +269,8 @@ Adjustment adjusted(const Board& board, const std::vector<View>& views, const cv
   if (best) best->solve(true);
   if (!best || !std::isfinite(best->squares()))
     throw std::runtime_error(
-        "no lens explains these views: more of them are needed, tilted and all over the picture, or the "
-        "board is "
-        "not the one stated");
+        "no lens explains these views: more are needed, tilted and all over the picture, or it is another "
+        "board");
   return *best;
 }
 

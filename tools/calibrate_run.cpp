@@ -166,6 +166,17 @@ void say_lens(const Fit& fit) {
   }
 }
 
+void say_difference(const Check& c) {
+  const auto names = parameter_names(c.as_it_is.camera);
+  const Eigen::VectorXd values = parameters(c.as_it_is.camera);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const int digits = i < 4 ? 2 : 5;
+    say(fmt::format("  {} {:>10.{}f} in the file, {:>10.{}f} +- {:.{}f} by these views", names[i], values[k],
+                    digits, c.better[k], digits, std::sqrt(c.as_it_is.covariance(k, k)), digits));
+  }
+}
+
 /// What is missing, given the lens as far as it can be told already.
 std::vector<std::string> missing_so_far(const Collection& views, const CalibrateOptions& o, Distortion lens) {
   std::optional<Fit> fitted;
@@ -233,6 +244,7 @@ int hold_against(const CalibrateOptions& o) {
   if (c.free_rms_px > most_rms_px)
     say(fmt::format("no lens of this kind leaves less than {} px rms: another kind, or a bent board",
                     most_rms_px));
+  if (!c.fits()) say_difference(c);
   say(o.check + (c.fits() ? ": fits" : ": does not fit"));
   return c.fits() ? 0 : exit_failed;
 }

@@ -310,6 +310,7 @@ TEST_CASE("the program: a folder of images becomes a camera file, which fits the
   const auto wrong = run_program("$BIN/calibrate --check " + folder.file("wrong.yaml") + images);
   CHECK(wrong.status == 1);
   CHECK_THAT(wrong.out, Catch::EndsWith("wrong.yaml: does not fit\n"));
+  CHECK_THAT(wrong.out, Catch::Contains("fx     305.02 in the file,     30"));
 
   const auto few = run_program("$BIN/calibrate --out " + folder.file("few.yaml") + images + "/1*.png " +
                                folder.file("images/2.png"));
