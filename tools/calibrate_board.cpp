@@ -160,8 +160,8 @@ double edge_blur_px(const cv::Mat& patch) {
 
 cv::Point3f Board::point_m(int id) const {
   const auto square = static_cast<float>(square_m);
-  return {static_cast<float>(id % corners.width + 1) * square,
-          static_cast<float>(id / corners.width + 1) * square, 0};
+  const int col = id % corners.width, row = id / corners.width;
+  return {static_cast<float>(col + 1) * square, static_cast<float>(row + 1) * square, 0};
 }
 
 std::vector<std::string> code_names() {

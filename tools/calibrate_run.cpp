@@ -47,22 +47,25 @@ CameraSettings source_settings(const std::string& kind, const std::string& sourc
   return s;
 }
 
-void play(const CameraSettings& settings, const std::string& name, const Handler& handle) {
+/// Why there was no frame at all; nothing where there was one.
+std::optional<std::string> play(const CameraSettings& settings, const std::string& name,
+                                const Handler& handle) {
   Camera camera(settings);
   std::string said;
   int frames = 0;
   while (!camera.finished() && !stop_requested()) {
     if (const auto frame = camera.next()) {
-      if (!handle(name.empty() ? fmt::format("frame {}", frames++) : name, frame->pixels)) return;
+      if (!handle(name.empty() ? fmt::format("frame {}", frames++) : name, frame->pixels))
+        return std::nullopt;
       continue;
     }
     const CameraStatus status = camera.status();
-    if (status.state == CameraStatus::State::failed && status.message != said && !camera.finished())
+    if (name.empty() && status.state == CameraStatus::State::failed && status.message != said)
       say(said = status.message);
     camera.wait();
   }
-  if (camera.counts().frames == 0 && !stop_requested())
-    throw std::runtime_error(settings.source + ": " + camera.status().message);
+  if (camera.counts().frames > 0 || stop_requested()) return std::nullopt;
+  return camera.status().message;
 }
 
 void play(const CalibrateOptions& o, const Handler& handle) {
@@ -73,14 +76,19 @@ void play(const CalibrateOptions& o, const Handler& handle) {
   for (const std::string& source : o.images) {
     const auto files = image_files(source);
     if (files.empty()) throw std::runtime_error(source + ": no images there");
-    for (const std::string& file : files)
-      if (more && !stop_requested()) play(source_settings("images", file), file, and_note);
+    for (const std::string& file : files) {
+      if (!more || stop_requested()) return;
+      if (const auto fault = play(source_settings("images", file), file, and_note))
+        say(file + ": refused: " + *fault);
+    }
   }
-  if (!o.video.empty()) play(source_settings("video", o.video), "", and_note);
+  std::optional<std::string> fault;
+  if (!o.video.empty()) fault = play(source_settings("video", o.video), "", handle);
   if (!o.camera.empty()) {
     const bool is_device = o.camera.find('!') == std::string::npos;
-    play(source_settings(is_device ? "v4l2" : "gstreamer", o.camera), "", and_note);
+    fault = play(source_settings(is_device ? "v4l2" : "gstreamer", o.camera), "", handle);
   }
+  if (fault) throw std::runtime_error(*fault);
 }
 
 /// The same reason again, with other numbers.

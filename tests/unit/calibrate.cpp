@@ -285,6 +285,8 @@ TEST_CASE("the program: a folder of images becomes a camera file, which fits the
               film.take(good_poses(chessboard, wide, 3)[0], noise_levels, 90));
   cv::imwrite(folder.file("images/blurred.png"), film.take(straight(30), noise_levels, 91, 2.0));
 
+  std::ofstream(folder.file("images/damaged.png")) << "no image";
+
   const std::string images = " " + folder.file("images");
   const auto made = run_program("$BIN/calibrate --out " + folder.file("mine.yaml") + images);
   INFO(made.out << made.err);
@@ -292,6 +294,7 @@ TEST_CASE("the program: a folder of images becomes a camera file, which fits the
   CHECK(made.err.empty());
   CHECK_THAT(made.out, Catch::Contains("again.png: refused: too similar to"));
   CHECK_THAT(made.out, Catch::Contains("blurred.png: refused: blurred"));
+  CHECK_THAT(made.out, Catch::Contains("damaged.png: refused: "));
   CHECK_THAT(made.out, !Catch::Contains("missing"));
   const CameraFile file = load_camera_file(folder.file("mine.yaml"));
   CHECK(file.warnings.empty());
@@ -312,9 +315,6 @@ TEST_CASE("the program: a folder of images becomes a camera file, which fits the
   CHECK_THAT(wrong.out, Catch::EndsWith("wrong.yaml: does not fit\n"));
   CHECK_THAT(wrong.out, Catch::Contains("fx     305.02 in the file,     30"));
 
-  const auto few = run_program("$BIN/calibrate --out " + folder.file("few.yaml") + images + "/1*.png " +
-                               folder.file("images/2.png"));
-  CHECK(few.status == (number > 10 ? 0 : 1));
   const auto one = run_program("$BIN/calibrate --out " + folder.file("one.yaml") + images + "/2.png");
   CHECK(one.status == 1);
   CHECK_THAT(one.out, Catch::Contains("missing: no board"));
