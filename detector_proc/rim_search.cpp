@@ -98,8 +98,8 @@ Edges edges_of(const Patch& patch) {
   strongest.convertTo(edges.gradient, CV_32F, 1 / per_level);
   squares.convertTo(edges.magnitude, CV_32F, 1 / (per_level * per_level));
   cv::sqrt(edges.magnitude, edges.magnitude);
-  // noise and texture have the median (to a sixteenth of a level); an edge of less than two grey levels a pixel is
-  // none that could be trusted
+  // noise and texture have the median (to a sixteenth of a level); an edge of less than two grey levels a
+  // pixel is none that could be trusted
   std::array<int, 4096> histogram{};
   for (const float m : edges.magnitude) ++histogram[static_cast<std::size_t>(std::min(16 * m, 4095.F))];
   std::size_t median = 0;

@@ -14,11 +14,12 @@
 namespace stevedore {
 namespace {
 
-constexpr std::array<const char*, 10> known_keys = {"image_width",       "image_height",
+constexpr std::array<const char*, 11> known_keys = {"image_width",       "image_height",
                                                     "camera_name",       "camera_matrix",
                                                     "distortion_model",  "distortion_coefficients",
                                                     "response",          "mount_deg",
-                                                    "projection_matrix", "rectification_matrix"};
+                                                    "projection_matrix", "rectification_matrix",
+                                                    "calibration"};
 
 /// One camera file; every complaint names file, line and key.
 class Reader {

@@ -1,6 +1,7 @@
-// Camera files: ROS camera_info YAML, with two keys more.
+// Camera files: ROS camera_info YAML, with three keys more.
 //   response:  linear, srgb, or the gamma of level = light^(1 / gamma); absent means srgb, with a warning
 //   mount_deg: {roll: , pitch: , yaw: }, misalignment of the camera on its pan-tilt; absent means none
+//   calibration: what `calibrate` notes of how sure the numbers are; for people, not read
 #pragma once
 
 #include <optional>

@@ -10,9 +10,10 @@ using namespace stevedore;
 
 namespace {
 
-const std::vector<std::string> programs = {
-    "camera_proc", "detector_proc", "tracker_proc", "pose_proc", "mission_proc", "record",  "replay",
-    "report",      "overlay",       "locate",       "doctor",    "settings",     "explain", "campaign"};
+const std::vector<std::string> programs = {"camera_proc",  "detector_proc", "tracker_proc", "pose_proc",
+                                           "mission_proc", "record",        "replay",       "report",
+                                           "overlay",      "locate",        "doctor",       "settings",
+                                           "explain",      "campaign",      "calibrate"};
 const std::string golden_log = STEVEDORE_SOURCE_DIR "/logs/film.lcm";
 
 }  // namespace
