@@ -21,8 +21,7 @@ using namespace stevedore;
 namespace fs = std::filesystem;
 
 struct Options {
-  std::string camera, config, method, track, overlay;
-  std::vector<double> gravity;
+  std::string camera, config, method, track, gravity, overlay;
   std::optional<double> radius_m, cargo_radius_m;
   std::vector<std::string> images;
 };
@@ -45,8 +44,6 @@ void declare(CLI::App& app, Options& o) {
   app.add_option("--cargo-radius", o.cargo_radius_m, "Radius of a cargo's rim, in metres")->check(length);
   app.add_option("--gravity", o.gravity,
                  "Down, in the camera frame (x right, y down, z forward), of any length")
-      ->delimiter(',')
-      ->expected(3)
       ->type_name("X,Y,Z");
   app.add_option("--config", o.config,
                  "Configuration file: its sections detector, tracker and pose are used");
@@ -65,21 +62,29 @@ void declare(CLI::App& app, Options& o) {
       "  locate --camera config/camera.yaml --radius 0.5 --track first --overlay out frames/*.png\n");
 }
 
+/// N numbers with commas between them.
+template <int N>
+std::optional<Eigen::Matrix<double, N, 1>> numbers_of(const std::string& text) {
+  std::istringstream rest(text);
+  Eigen::Matrix<double, N, 1> numbers;
+  for (int k = 0; k < N; ++k)
+    if (!(rest >> numbers[k]) || (k + 1 < N && rest.get() != ',')) return std::nullopt;
+  return rest.peek() == EOF ? std::optional(numbers) : std::nullopt;
+}
+
 std::optional<Eigen::Vector2d> pixel_of(const std::string& track) {
   if (track.empty() || track == "first") return std::nullopt;
-  std::istringstream text(track);
-  Eigen::Vector2d pixel;
-  char comma = 0;
-  if (!(text >> pixel.x() >> comma >> pixel.y()) || comma != ',' || text.peek() != EOF)
-    throw UsageError("--track: \"" + track + "\" is neither U,V nor first");
+  const auto pixel = numbers_of<2>(track);
+  if (!pixel) throw UsageError("--track: \"" + track + "\" is neither U,V nor first");
   return pixel;
 }
 
-std::optional<Gravity> gravity_of(const std::vector<double>& down) {
-  if (down.empty()) return std::nullopt;
-  const Eigen::Vector3d v(down[0], down[1], down[2]);
-  if (!v.allFinite() || v.norm() == 0) throw UsageError("--gravity: not a direction");
-  return Gravity{v.normalized(), 0};
+std::optional<Gravity> gravity_of(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto down = numbers_of<3>(text);
+  if (!down || !down->allFinite() || down->norm() == 0)
+    throw UsageError("--gravity: \"" + text + "\" is no direction X,Y,Z");
+  return Gravity{down->normalized(), 0};
 }
 
 CameraModel camera_of(const std::string& path) {

@@ -127,6 +127,9 @@ TEST_CASE("with a camera and a radius circles have a pose") {
     CHECK(run.status == 0);
     const json& circle = run.lines[0]["ellipses"][0]["circle"];
     REQUIRE(circle.is_object());
+    CHECK(
+        locate("--camera " + camera + " --radius 0.5 --gravity 0,0,1 " + image + " " + image).lines.size() ==
+        2);
     CHECK(circle["center"][0].get<double>() == Approx(0).margin(0.005));
     CHECK(circle["center"][1].get<double>() == Approx(0).margin(0.005));
     CHECK(circle["center"][2].get<double>() == Approx(2).margin(0.02));
