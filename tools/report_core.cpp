@@ -89,8 +89,10 @@ void LogSummary::add_mission(const mission_t& mission, int64_t log_utime) {
   low_altitude_.add(mission);
   emergencies_.emplace(log_utime, mission.emergencies);
   if (mission.has_setpoint) flown_since_utime_ = std::min(flown_since_utime_.value_or(utime), utime);
-  if (mission.phase == mission_t::PHASE_COMPLETE)
+  if (mission.phase == mission_t::PHASE_COMPLETE) {
     complete_utime_ = std::min(complete_utime_.value_or(utime), utime);
+    end_log_utime_ = std::min(end_log_utime_, log_utime);
+  }
   if (!newest_mission_ || newest_mission_->header.utime <= utime) newest_mission_ = mission;
 }
 
@@ -119,6 +121,7 @@ std::vector<EmergencyReport> LogSummary::emergency_reports() const {
   std::vector<EmergencyReport> reports;
   std::map<int16_t, size_t> raised;  // by kind: which report
   for (const auto& [log_utime, emergencies] : emergencies_) {
+    if (log_utime > end_log_utime_) break;
     const double log_s = static_cast<double>(log_utime - *first_utime_) * 1e-6;
     std::map<int16_t, size_t> still;
     for (const emergency_t& each : emergencies) {
@@ -144,7 +147,7 @@ void LogSummary::add(const LogEvent& event) {
   hear(event, channels::truth, [this](truth_t& truth) { add_truth(std::move(truth)); });
   hear(event, channels::platform_estimate, [this](const platform_estimate_t& m) { low_altitude_.add(m); });
   hear(event, channels::vehicle_state, [this](const vehicle_state_t& m) { low_altitude_.add(m); });
-  hear(event, channels::health, [this](const health_t& health) { add_health(health); });
+  hear(event, channels::health, [&](const health_t& health) { add_health(health, event.utime); });
 }
 
 template <class M, class Handler>
@@ -154,7 +157,9 @@ void LogSummary::hear(const LogEvent& event, const Channel<M>& channel, const Ha
   ++unreadable_;
 }
 
-void LogSummary::add_health(const health_t& health) {
+void LogSummary::add_health(const health_t& health, int64_t log_utime) {
+  if (is_camera(health.process) && health.state == health_t::STATE_FINISHED)
+    end_log_utime_ = std::min(end_log_utime_, log_utime);
   health_.add(health);
   const bool has_a_second_behind_it = health.header.seq > 0;
   if (has_a_second_behind_it) cpu_shares_[health.process].push_back(health.cpu_share);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -86,7 +87,8 @@ struct StageReport {
   std::optional<double> cpu_share;  ///< of one core, mean over the run; nothing: not told
 };
 
-/// From the first MISSION that tells of it to the first that does not, in seconds of the log.
+/// From the first MISSION that tells of it to the first that does not, in seconds of the log; until the
+/// mission is complete or the camera is at its end.
 struct EmergencyReport {
   std::int16_t kind = 0;
   std::string cause;  ///< as first told
@@ -143,7 +145,7 @@ class LogSummary {
   void add_output(const LogEvent& event, const Channel<M>& channel);
   template <class M, class Handler>
   void hear(const LogEvent& event, const Channel<M>& channel, const Handler& handler);
-  void add_health(const health_t& health);
+  void add_health(const health_t& health, int64_t log_utime);
   void add_mission(const mission_t& mission, int64_t log_utime);
   void add_truth(truth_t truth);
   [[nodiscard]] std::optional<MissionReport> mission_report() const;
@@ -160,6 +162,8 @@ class LogSummary {
   std::map<std::string, Outputs> outputs_;  ///< by channel
   std::optional<mission_t> newest_mission_;
   std::optional<int64_t> flown_since_utime_, complete_utime_;
+  int64_t end_log_utime_ =
+      std::numeric_limits<int64_t>::max();  ///< of mission or camera: what stops then is no news
   std::optional<truth_t> first_truth_, newest_truth_;
   LowAltitudeBook low_altitude_;
   std::multimap<int64_t, std::vector<emergency_t>> emergencies_;  ///< of each MISSION, by its time in the log

@@ -649,6 +649,9 @@ TEST_CASE("emergencies: from the first MISSION that tells to the first that does
   tell(3, {stale, lost});
   tell(5, {stale});
   tell(7, {lost, stale});
+  const int64_t end_utime = capture_utime(0) + camera_us + 8 * second;
+  publish_health(log, health("sim_proc", {}, "FRAME", 1, health_t::STATE_FINISHED), camera, end_utime);
+  tell(9, {lost, stale, emergency_t::KIND_GIMBAL_NOT_LEVEL});  // the set is being stopped
   const auto json = to_json(log.report(), "a.log")["emergencies"];
   REQUIRE(json.size() == 3);
   CHECK(json[0]["kind"] == "target lost");
