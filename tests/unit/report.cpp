@@ -671,8 +671,7 @@ namespace {
 /// that the plane is 0.1 m higher there than straight below.
 class Descent {
  public:
-  /// true_m: straight down to the plane. told_m: of the circle's middle below the camera, as MISSION has it;
-  /// nothing: it has no place.
+  /// Straight down to the plane, in truth and as told; told_m nothing: MISSION has no place of the target.
   void frame(double true_m, std::optional<double> told_m, int8_t phase, bool seen = true,
              bool answered = true) {
     const int64_t k = next_++, utime = capture_utime(k), publish_utime = utime + line_us;
@@ -708,8 +707,8 @@ class Descent {
     if (told_m) {
       message.target_platform = 1;
       message.target_slot = 2;
-      message.target_level_m[1] = -1;  // ahead
-      message.target_level_m[2] = *told_m - 0.1;
+      message.target_level_m[1] = -2;  // ahead, a metre off the circle: as good a point of the plane
+      message.target_level_m[2] = *told_m - 0.2;
     }
     // later than the next prediction, as when the line is late
     log_.publish(channels::mission, message, again, utime, k, publish_utime);
