@@ -35,7 +35,7 @@ int run(int argc, char** argv) {
   app.footer(
       "Where the laser sits and which camera flew is taken from config.yaml and settings.txt beside LOG, "
       "where "
-      "./run keeps them. TRUTH is only there in logs of ./run --world.");
+      "./run keeps them. TRUTH is only there in logs of the simulated world.");
   stevedore::parse_command_line(app, argc, argv, "1 if the log is damaged or nothing in it can be evaluated");
 
   const stevedore::Evaluation evaluation = stevedore::evaluate(log, reference);

@@ -24,7 +24,8 @@ class LockStep {
   /// Told of every message, in order; the log's time is the flight's.
   using Sink = std::function<void(const LogEvent&)>;
 
-  /// config: as of ./run --world. ring_name: of the frames' shared memory, unique on this machine.
+  /// config: config/world.yaml, as ./run has it. ring_name: of the frames' shared memory, unique on this
+  /// machine.
   LockStep(const Config& config, const std::string& ring_name, Sink sink = {});
   ~LockStep();
   LockStep(const LockStep&) = delete;

@@ -9,7 +9,6 @@
 #include <unordered_map>
 
 #include "lcmtypes/names.hpp"
-#include "tools/deliveries.hpp"
 
 namespace stevedore {
 namespace {
@@ -82,18 +81,23 @@ void LogSummary::add_output(const LogEvent& event, const Channel<M>& channel) {
   if constexpr (std::is_same_v<M, tracks_t>) {
     if (message->target_status == track_t::STATUS_TRACKING) tracked_utimes_.insert(header.utime);
   }
-  if constexpr (std::is_same_v<M, mission_t>) add_mission(*message);
+  if constexpr (std::is_same_v<M, mission_t>) add_mission(*message, event.utime);
 }
 
-void LogSummary::add_mission(const mission_t& mission) {
+void LogSummary::add_mission(const mission_t& mission, int64_t log_utime) {
   const int64_t utime = mission.header.utime;
+  low_altitude_.add(mission);
+  emergencies_.emplace(log_utime, mission.emergencies);
   if (mission.has_setpoint) flown_since_utime_ = std::min(flown_since_utime_.value_or(utime), utime);
-  if (mission.phase == mission_t::PHASE_COMPLETE)
+  if (mission.phase == mission_t::PHASE_COMPLETE) {
     complete_utime_ = std::min(complete_utime_.value_or(utime), utime);
+    end_log_utime_ = std::min(end_log_utime_, log_utime);
+  }
   if (!newest_mission_ || newest_mission_->header.utime <= utime) newest_mission_ = mission;
 }
 
 void LogSummary::add_truth(truth_t truth) {
+  low_altitude_.add(truth);
   if (!first_truth_ || truth.header.utime < first_truth_->header.utime) first_truth_ = truth;
   if (!newest_truth_ || newest_truth_->header.utime <= truth.header.utime) newest_truth_ = std::move(truth);
 }
@@ -107,8 +111,29 @@ std::optional<MissionReport> LogSummary::mission_report() const {
   report.attempts = newest_mission_->attempts;
   const int64_t end_utime = complete_utime_.value_or(newest_mission_->header.utime);
   report.flown_s = static_cast<double>(end_utime - *flown_since_utime_) * 1e-6;
-  if (newest_truth_) report.drop_error_m = drop_errors_m(*first_truth_, *newest_truth_);
+  if (newest_truth_) report.brought = brought_cargoes(*first_truth_, *newest_truth_);
+  report.low_altitude = low_altitude_.sum_up();
+  report.emergencies = emergency_reports();
   return report;
+}
+
+std::vector<EmergencyReport> LogSummary::emergency_reports() const {
+  std::vector<EmergencyReport> reports;
+  std::map<int16_t, size_t> raised;  // by kind: which report
+  for (const auto& [log_utime, emergencies] : emergencies_) {
+    if (log_utime > end_log_utime_) break;
+    const double log_s = static_cast<double>(log_utime - *first_utime_) * 1e-6;
+    std::map<int16_t, size_t> still;
+    for (const emergency_t& each : emergencies) {
+      const auto before = raised.find(each.kind);
+      if (before == raised.end()) reports.push_back({each.kind, each.cause, log_s, std::nullopt});
+      still[each.kind] = before == raised.end() ? reports.size() - 1 : before->second;
+    }
+    for (const auto& [kind, index] : raised)
+      if (!still.contains(kind)) reports[index].cleared_s = log_s;
+    raised = std::move(still);
+  }
+  return reports;
 }
 
 void LogSummary::add(const LogEvent& event) {
@@ -119,20 +144,22 @@ void LogSummary::add(const LogEvent& event) {
   if (event.channel == channels::tracks.name) return add_output(event, channels::tracks);
   if (event.channel == channels::poses.name) return add_output(event, channels::poses);
   if (event.channel == channels::mission.name) return add_output(event, channels::mission);
-  if (event.channel == channels::truth.name) {
-    if (auto truth = decode(event, channels::truth)) return add_truth(std::move(*truth));
-    ++unreadable_;
-    return;
-  }
-  if (event.channel != channels::health.name) return;
-  if (const auto health = decode(event, channels::health)) {
-    add_health(*health);
-  } else {
-    ++unreadable_;
-  }
+  hear(event, channels::truth, [this](truth_t& truth) { add_truth(std::move(truth)); });
+  hear(event, channels::platform_estimate, [this](const platform_estimate_t& m) { low_altitude_.add(m); });
+  hear(event, channels::vehicle_state, [this](const vehicle_state_t& m) { low_altitude_.add(m); });
+  hear(event, channels::health, [&](const health_t& health) { add_health(health, event.utime); });
 }
 
-void LogSummary::add_health(const health_t& health) {
+template <class M, class Handler>
+void LogSummary::hear(const LogEvent& event, const Channel<M>& channel, const Handler& handler) {
+  if (event.channel != channel.name) return;
+  if (auto message = decode(event, channel)) return handler(*message);
+  ++unreadable_;
+}
+
+void LogSummary::add_health(const health_t& health, int64_t log_utime) {
+  if (is_camera(health.process) && health.state == health_t::STATE_FINISHED)
+    end_log_utime_ = std::min(end_log_utime_, log_utime);
   health_.add(health);
   const bool has_a_second_behind_it = health.header.seq > 0;
   if (has_a_second_behind_it) cpu_shares_[health.process].push_back(health.cpu_share);
@@ -300,8 +327,20 @@ nlohmann::ordered_json to_json(const std::optional<Percentiles>& latency) {
   return {{"p50", latency->p50_ms}, {"p99", latency->p99_ms}};
 }
 
-nlohmann::ordered_json to_json(const std::optional<int64_t>& count) {
-  return count ? nlohmann::ordered_json(*count) : nlohmann::ordered_json(nullptr);
+template <class Number>
+nlohmann::ordered_json to_json(const std::optional<Number>& number) {
+  return number ? nlohmann::ordered_json(*number) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json to_json(const std::vector<EmergencyReport>& emergencies) {
+  auto list = nlohmann::ordered_json::array();
+  for (const EmergencyReport& each : emergencies) {
+    list.push_back({{"kind", emergency_name(each.kind)},
+                    {"cause", each.cause},
+                    {"raised_s", each.raised_s},
+                    {"cleared_s", to_json(each.cleared_s)}});
+  }
+  return list;
 }
 
 std::string to_text(const std::optional<int64_t>& count) {
@@ -390,32 +429,57 @@ nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
                               {"unreadable", report.unreadable}};
   if (const auto& mission = report.mission) {
     json["phase"] = mission->phase;
+    json["delivered"] = mission->delivered();
     json["told_delivered"] = mission->told_delivered;
     json["attempts"] = mission->attempts;
     json["flown_s"] = mission->flown_s;
-    if (mission->drop_error_m) {
-      json["delivered"] = mission->drop_error_m->size();
-      json["drop_error_m"] = *mission->drop_error_m;
+    json["drop_error_m"] = nullptr;
+    if (mission->brought) {
+      json["drop_error_m"] = nlohmann::ordered_json::array();
+      for (const BroughtCargo& each : *mission->brought) json["drop_error_m"].push_back(each.off_m);
     }
+    const LowAltitude& low = mission->low_altitude;
+    json["altitude_error_below_2m_m"] = {{"p50", to_json(low.error_m(0.50))},
+                                         {"p99", to_json(low.error_m(0.99))},
+                                         {"max", to_json(low.error_m(1))}};
+    json["altitude_share"] = {{"measured", to_json(low.share(low.measured))},
+                              {"predicted", to_json(low.share(low.predicted))},
+                              {"none", to_json(low.share(low.none))}};
+    json["altitude_frames"] = low.frames();
+    json["emergencies"] = to_json(mission->emergencies);
   }
   return json;
 }
 
 namespace {
 
+/// By what was let go, how well the height was known, what went wrong: a line each, of what there is.
 std::string to_text(const MissionReport& mission) {
-  std::string text = fmt::format("Mission: {} after {:.0f} s, {} delivered in {} attempts", mission.phase,
-                                 mission.flown_s, mission.told_delivered, mission.attempts);
-  if (!mission.reason.empty()) text += fmt::format(" ({})", mission.reason);
-  text += ".\n";
-  if (!mission.drop_error_m) return text;
-  text += fmt::format("In truth {} of the cargoes moved to a circle of another platform",
-                      mission.drop_error_m->size());
-  std::string errors;
-  for (const double error_m : *mission.drop_error_m)
-    errors += fmt::format("{}{:.2f}", errors.empty() ? "" : ", ", error_m);
-  if (!errors.empty()) text += fmt::format(", {} m off the middle", errors);
-  return text + ".\n";
+  std::string text = fmt::format("\nMission: {} after {:.0f} s, {} delivered in {} attempts", mission.phase,
+                                 mission.flown_s, mission.delivered(), mission.attempts);
+  if (mission.told_delivered != mission.delivered())
+    text += fmt::format("; by its own count {}", mission.told_delivered);
+  text += mission.reason.empty() ? ".\n" : fmt::format(".\nIts last word: {}.\n", mission.reason);
+  std::string drops;
+  for (const BroughtCargo& each : mission.brought.value_or(std::vector<BroughtCargo>()))
+    drops += fmt::format("{}{:.2f} (bucket {})", drops.empty() ? "" : ", ", each.off_m, each.cargo);
+  if (!drops.empty()) text += fmt::format("Drop error, m: {}.\n", drops);
+  const LowAltitude& low = mission.low_altitude;
+  if (low.frames() > 0) {
+    const auto percent = [&](int64_t frames) { return 100 * low.share(frames).value_or(0); };
+    text += "Altitude below 2 m";
+    if (!low.errors_m.empty()) {
+      text += fmt::format(", error in m: {:.3f} (p50), {:.3f} (p99), {:.3f} at worst", *low.error_m(0.5),
+                          *low.error_m(0.99), *low.error_m(1));
+    }
+    text += fmt::format(".\n  Of {} frames {:.1f} % measured, {:.1f} % predicted, {:.1f} % without.\n",
+                        low.frames(), percent(low.measured), percent(low.predicted), percent(low.none));
+  }
+  std::map<std::string, int> times;
+  for (const EmergencyReport& each : mission.emergencies) ++times[emergency_name(each.kind)];
+  for (const auto& [kind, count] : times)
+    text += fmt::format("Emergency: {}, {} time{}.\n", kind, count, count == 1 ? "" : "s");
+  return text;
 }
 
 }  // namespace

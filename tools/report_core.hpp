@@ -1,8 +1,11 @@
-// What a log says of a run: frames, losses and latencies, stage by stage.
+// What a log says of a run: frames, losses and latencies, stage by stage; and of a mission what was brought,
+// how well the height was known below 2 m (low_altitude.hpp says how that is computed), and what went wrong
+// when.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +16,8 @@
 #include "lcmtypes/channels.hpp"
 #include "runtime/condition.hpp"
 #include "runtime/event_log.hpp"
+#include "tools/deliveries.hpp"
+#include "tools/low_altitude.hpp"
 
 namespace stevedore {
 
@@ -82,6 +87,15 @@ struct StageReport {
   std::optional<double> cpu_share;  ///< of one core, mean over the run; nothing: not told
 };
 
+/// From the first MISSION that tells of it to the first that does not, in seconds of the log; until the
+/// mission is complete or the camera is at its end.
+struct EmergencyReport {
+  std::int16_t kind = 0;
+  std::string cause;  ///< as first told
+  double raised_s = 0;
+  std::optional<double> cleared_s;  ///< nothing: it stood when the log ended
+};
+
 /// What a mission that flew the aircraft did.
 struct MissionReport {
   std::string phase;  ///< the last
@@ -89,8 +103,12 @@ struct MissionReport {
   int told_delivered = 0;  ///< by MISSION
   int attempts = 0;
   double flown_s = 0;  ///< from the first set-point to the end of the mission, or of the log
-  std::optional<std::vector<double>>
-      drop_error_m;  ///< by TRUTH, of every cargo that was brought; nothing: no TRUTH
+  std::optional<std::vector<BroughtCargo>> brought;  ///< by TRUTH; nothing: no TRUTH
+  LowAltitude low_altitude;
+  std::vector<EmergencyReport> emergencies;
+
+  /// By TRUTH; where there is none, as told.
+  [[nodiscard]] int delivered() const { return brought ? static_cast<int>(brought->size()) : told_delivered; }
 };
 
 struct Report {
@@ -125,10 +143,13 @@ class LogSummary {
 
   template <class M>
   void add_output(const LogEvent& event, const Channel<M>& channel);
-  void add_health(const health_t& health);
-  void add_mission(const mission_t& mission);
+  template <class M, class Handler>
+  void hear(const LogEvent& event, const Channel<M>& channel, const Handler& handler);
+  void add_health(const health_t& health, int64_t log_utime);
+  void add_mission(const mission_t& mission, int64_t log_utime);
   void add_truth(truth_t truth);
   [[nodiscard]] std::optional<MissionReport> mission_report() const;
+  [[nodiscard]] std::vector<EmergencyReport> emergency_reports() const;
   [[nodiscard]] StageReport stage_report(const StageLine& line) const;
   [[nodiscard]] StageReport beside_report(const std::string& process) const;
   [[nodiscard]] int64_t camera_drops() const;
@@ -141,7 +162,11 @@ class LogSummary {
   std::map<std::string, Outputs> outputs_;  ///< by channel
   std::optional<mission_t> newest_mission_;
   std::optional<int64_t> flown_since_utime_, complete_utime_;
+  int64_t end_log_utime_ =
+      std::numeric_limits<int64_t>::max();  ///< of mission or camera: what stops then is no news
   std::optional<truth_t> first_truth_, newest_truth_;
+  LowAltitudeBook low_altitude_;
+  std::multimap<int64_t, std::vector<emergency_t>> emergencies_;  ///< of each MISSION, by its time in the log
   std::set<int64_t> tracked_utimes_;
   HealthBook health_;
   std::map<std::string, std::vector<double>> cpu_shares_;  ///< by process, of each HEALTH

@@ -34,14 +34,14 @@ void subscribe(LcmBus& bus, WatchView& view) {
                            [&](const mission_t& m) { view.on_mission(m, bus.now_utime()); });
 }
 
-int watch(LcmBus& bus, double patience_s) {
-  WatchView view(bus.now_utime());
+int watch(LcmBus& bus, double patience_s, int cargoes) {
+  WatchView view(bus.now_utime(), cargoes);
   subscribe(bus, view);
   ProgressLine progress;
   for (int64_t line_utime = bus.now_utime(); !stop_requested();) {
     bus.handle(wait_ms);
     const int64_t now = bus.now_utime();
-    const bool worked_off = view.worked_off(now);
+    const bool worked_off = view.worked_off(now) || view.mission_over(now);
     const bool gave_up = !worked_off && view.silent_s(now) >= patience_s;
     if (worked_off || gave_up || now - line_utime >= line_period_us) {
       show(progress, view, now);
@@ -63,22 +63,31 @@ int watch(LcmBus& bus, double patience_s) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Watches a running set: one line a second, until its images are worked off.", "watch");
+  CLI::App app(
+      "Watches a running set: one line a second, until its images are worked off or its mission is over.",
+      "watch");
   std::string url = default_lcm_url;
   double patience_s = 20;
+  int cargoes = 0;
   app.add_option("--patience", patience_s, "seconds without a MISSION for a frame after which to give up")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--cargoes", cargoes, "a mission that is to carry so many: shows it, and ends with it")
+      ->check(CLI::PositiveNumber);
   app.add_option("--lcm-url", url, "LCM's address")->capture_default_str();
   app.footer(
-      "The line: elapsed time, frames in/out, frames a second, frames with the target measured, status and\n"
-      "number of the target, phase of the mission, latency from capture to MISSION (p50/p99 of the last\n"
-      "second), lost and skipped messages of all processes, frames that the camera did not deliver,\n"
-      "emergencies.");
+      "The line: elapsed time, frames in/out, frames with the target measured, status and number of the\n"
+      "target, phase, frames a second, latency from capture to MISSION (p50/p99 of the last second), lost "
+      "and\n"
+      "skipped messages of all processes, frames that the camera did not deliver, emergencies. With "
+      "--cargoes\n"
+      "the phase of the mission, what it counts as delivered and its target (platform.circle) instead of "
+      "the\n"
+      "frames.");
   parse_command_line(app, argc, argv, "1 if nothing came, or for too long, 130 when stopped by a signal");
   stop_on_signals();
   LcmBus bus(url);
-  return watch(bus, patience_s);
+  return watch(bus, patience_s, cargoes);
 }
 
 }  // namespace

@@ -26,7 +26,8 @@ int64_t published_by(const health_t& health, const std::string& channel) {
 
 }  // namespace
 
-WatchView::WatchView(int64_t start_utime) : start_utime_(start_utime), line_utime_(start_utime) {}
+WatchView::WatchView(int64_t start_utime, int cargoes)
+    : start_utime_(start_utime), cargoes_(cargoes), line_utime_(start_utime) {}
 
 void WatchView::on_health(const health_t& health, int64_t now) {
   health_.add(health);
@@ -70,6 +71,14 @@ void WatchView::on_poses(const poses_t&, int64_t now) {
 
 void WatchView::on_mission(const mission_t& mission, int64_t now) {
   phase_ = phase_name(mission.phase);
+  delivered_ = mission.delivered;
+  circle_ =
+      mission.target_slot < 0 ? "-" : fmt::format("{}.{}", mission.target_platform, mission.target_slot);
+  has_flown_ = has_flown_ || mission.has_setpoint;
+  const bool over =
+      mission.phase == mission_t::PHASE_COMPLETE || (has_flown_ && mission.phase == mission_t::PHASE_IDLE);
+  if (!over) over_utime_.reset();
+  if (over && !over_utime_) over_utime_ = now;
   emergencies_.clear();
   for (const auto& emergency : mission.emergencies) {
     emergencies_ += fmt::format("{}{}", emergencies_.empty() ? "" : ", ", emergency_name(emergency.kind));
@@ -91,6 +100,10 @@ bool WatchView::worked_off(int64_t now) const {
   const auto drops = camera_drops_.find(camera_run_id_);
   const int64_t owed = published_ + (drops == camera_drops_.end() ? 0 : drops->second);
   return newest_answered_seq_ + 1 >= owed || silent_s(now) >= drain_s;
+}
+
+bool WatchView::mission_over(int64_t now) const {
+  return cargoes_ > 0 && over_utime_ && seconds(now - *over_utime_) >= drain_s;
 }
 
 bool WatchView::ended_without_frames() const {
@@ -125,6 +138,15 @@ int64_t WatchView::frames_in() const {
   return std::max(published, frames_out_);  // HEALTH comes once a second
 }
 
+/// Of what is watched: a mission, or a film.
+std::string WatchView::progress() const {
+  if (cargoes_ > 0) {
+    return fmt::format("{:<11}  delivered {}/{}  target {} {}", phase_, delivered_, cargoes_, circle_,
+                       target_);
+  }
+  return fmt::format("frames {}/{}  tracked {}  {}  {}", frames_in(), frames_out_, tracked_, target_, phase_);
+}
+
 std::string WatchView::line(int64_t now) {
   int64_t lost = 0, skipped = 0;
   for (const auto& [process, runs] : health_.processes()) {
@@ -140,10 +162,10 @@ std::string WatchView::line(int64_t now) {
   const double elapsed_s = seconds(now - std::exchange(line_utime_, now));
   const double rate_hz = elapsed_s > 0 ? static_cast<double>(latencies_us_.size()) / elapsed_s : 0;
   const auto latency = percentiles_of(std::exchange(latencies_us_, {}));
-  return fmt::format("{:4.0f} s  frames {}/{}  {:.1f}/s  tracked {}  {}  {}  {} ms  lost {}  skipped {}{}{}",
-                     seconds(now - start_utime_), frames_in(), frames_out_, rate_hz, tracked_, target_,
-                     phase_, latency ? fmt::format("{:.0f}/{:.0f}", latency->p50_ms, latency->p99_ms) : "-",
-                     lost, skipped, drops > 0 ? fmt::format("  camera drops {}", drops) : "",
+  return fmt::format("{:4.0f} s  {}  {:.1f}/s  {} ms  lost {}  skipped {}{}{}", seconds(now - start_utime_),
+                     progress(), rate_hz,
+                     latency ? fmt::format("{:.0f}/{:.0f}", latency->p50_ms, latency->p99_ms) : "-", lost,
+                     skipped, drops > 0 ? fmt::format("  camera drops {}", drops) : "",
                      emergencies_.empty() ? "" : "  ! " + emergencies_);
 }
 

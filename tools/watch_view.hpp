@@ -12,7 +12,8 @@ namespace stevedore {
 /// All times: us, CLOCK_MONOTONIC.
 class WatchView {
  public:
-  explicit WatchView(int64_t start_utime);
+  /// cargoes: how many a mission is to carry; 0: no mission is watched.
+  explicit WatchView(int64_t start_utime, int cargoes = 0);
 
   void on_health(const health_t& health, int64_t now);
   void on_frame(const header_t& frame);
@@ -23,6 +24,8 @@ class WatchView {
 
   /// The camera has finished, and what it published has gone through the line.
   [[nodiscard]] bool worked_off(int64_t now) const;
+  /// The mission that is watched has flown and is over: complete, or back on the ground with nobody flying.
+  [[nodiscard]] bool mission_over(int64_t now) const;
   /// The camera has come to its end and never sent a frame: nothing to wait for.
   [[nodiscard]] bool ended_without_frames() const;
   /// What the camera last said of itself.
@@ -39,8 +42,10 @@ class WatchView {
 
  private:
   [[nodiscard]] int64_t frames_in() const;
+  [[nodiscard]] std::string progress() const;
 
   int64_t start_utime_;
+  int cargoes_;
   HealthBook health_;
   std::map<std::string, int64_t> heard_utime_;    ///< by process: HEALTH arrived
   std::map<std::string, int64_t> output_utime_;   ///< by channel: arrived, for a frame
@@ -58,6 +63,10 @@ class WatchView {
   int64_t tracked_ = 0;
   std::string target_ = "-";
   std::string phase_ = "-";
+  int delivered_ = 0;
+  std::string circle_ = "-";  ///< of the mission's target: platform and number
+  bool has_flown_ = false;
+  std::optional<int64_t> over_utime_;
   std::string emergencies_;
   int64_t line_utime_;
   std::vector<int64_t> latencies_us_;  ///< since the last line

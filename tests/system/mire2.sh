@@ -1,5 +1,5 @@
 #!/bin/bash
-# ./run with no arguments: 501 real images at 30 a second. Nothing is lost, and the large circle is what is tracked, by
+# ./run --mire2: 501 real images at 30 a second. Nothing is lost, and the large circle is what is tracked, by
 # labels that were made without the detector.
 . "$(dirname "$0")/common.sh"
 
@@ -7,7 +7,7 @@
   echo "skipped: package visp-images-data is not installed"
   exit 77
 }
-"$top/run" --report "$scratch/report" | tail -n 11
+"$top/run" --mire2 --report "$scratch/report" | tail -n 11
 report="$scratch/report/report.json"
 check_report "$report" 'r["frames"] == 501 and r["frames_lost"] == 0'
 check_report "$report" 'all(s["lost"] == 0 for s in r["stages"].values())'

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -530,7 +531,8 @@ TEST_CASE("the line sums what all processes lost, over their runs") {
   const std::string line = view.line(2 * second);
   INFO(line);
   CHECK(line.find("lost 4  skipped 14") != std::string::npos);
-  CHECK(line.find("frames 2/2  1.0/s") != std::string::npos);
+  CHECK(line.find("frames 2/2") != std::string::npos);
+  CHECK(line.find("1.0/s") != std::string::npos);
   CHECK(line.find("9/9 ms") != std::string::npos);
   CHECK(view.line(3 * second).find("0.0/s") != std::string::npos);
 }
@@ -592,9 +594,189 @@ TEST_CASE("a mission that flew is told: by itself, and by TRUTH") {
   CHECK(report.mission->told_delivered == 1);
   CHECK(report.mission->attempts == 3);
   CHECK(report.mission->flown_s == Approx(60));
-  REQUIRE(report.mission->drop_error_m);
-  REQUIRE(report.mission->drop_error_m->size() == 1);  // the third cargo stood there from the start
-  CHECK(report.mission->drop_error_m->front() == Approx(0.07));
+  REQUIRE(report.mission->brought);
+  REQUIRE(report.mission->brought->size() == 1);  // the third cargo stood there from the start
+  CHECK(report.mission->brought->front().off_m == Approx(0.07));
+  CHECK(report.mission->brought->front().cargo == 0);
   CHECK(to_json(report, "log")["delivered"] == 1);
   CHECK(to_text(report).find("1 delivered in 3 attempts") != std::string::npos);
+}
+
+TEST_CASE("report.json of a mission has the promised fields, also of one that did nothing") {
+  Report report;
+  report.mission.emplace();
+  report.stages.resize(1);
+  const auto json = to_json(report, "a.log");
+  for (const char* key : {"delivered", "attempts", "duration_s", "drop_error_m", "altitude_error_below_2m_m",
+                          "altitude_share", "emergencies", "camera_drops"})
+    CHECK(json.contains(key));
+  for (const char* key : {"p50", "p99", "max"}) CHECK(json["altitude_error_below_2m_m"][key].is_null());
+  for (const char* key : {"measured", "predicted", "none"}) CHECK(json["altitude_share"][key].is_null());
+  CHECK(json["emergencies"].is_array());
+}
+
+TEST_CASE("without TRUTH what was delivered is as told, and no drop error is known") {
+  SyntheticLog log;
+  publish_line(log, 0);
+  mission_t message = mission();
+  message.has_setpoint = true;
+  message.delivered = 2;
+  log.publish(channels::mission, message, again, 2'000'000, -1, 2'000'000);
+  const auto json = to_json(log.report(), "a.log");
+  CHECK(json["delivered"] == 2);
+  CHECK(json["drop_error_m"].is_null());
+}
+
+TEST_CASE("emergencies: from the first MISSION that tells to the first that does not") {
+  SyntheticLog log;
+  publish_line(log, 0);  // the log begins at capture_utime(0) + camera_us
+  const auto tell = [&log](double log_s, const std::vector<int16_t>& kinds) {
+    mission_t message = mission();
+    message.has_setpoint = true;
+    for (const int16_t kind : kinds) {
+      emergency_t emergency{};
+      emergency.kind = kind;
+      emergency.cause = "at " + std::to_string(std::lround(log_s));
+      message.emergencies.push_back(emergency);
+    }
+    message.emergency_count = static_cast<int16_t>(kinds.size());
+    const int64_t utime = capture_utime(0) + camera_us + std::llround(log_s * 1e6);
+    log.publish(channels::mission, message, again, utime, -1, utime);
+  };
+  constexpr int16_t lost = emergency_t::KIND_TARGET_LOST, stale = emergency_t::KIND_VISION_STALE;
+  tell(1, {});
+  tell(2, {lost});
+  tell(3, {stale, lost});
+  tell(5, {stale});
+  tell(7, {lost, stale});
+  const int64_t end_utime = capture_utime(0) + camera_us + 8 * second;
+  publish_health(log, health("sim_proc", {}, "FRAME", 1, health_t::STATE_FINISHED), camera, end_utime);
+  tell(9, {lost, stale, emergency_t::KIND_GIMBAL_NOT_LEVEL});  // the set is being stopped
+  const auto json = to_json(log.report(), "a.log")["emergencies"];
+  REQUIRE(json.size() == 3);
+  CHECK(json[0]["kind"] == "target lost");
+  CHECK(json[0]["cause"] == "at 2");
+  CHECK(json[0]["raised_s"] == Approx(2));
+  CHECK(json[0]["cleared_s"] == Approx(5));
+  CHECK(json[1]["kind"] == "vision stale");
+  CHECK(json[1]["raised_s"] == Approx(3));
+  CHECK(json[1]["cleared_s"].is_null());
+  CHECK(json[2]["raised_s"] == Approx(7));
+  CHECK(to_text(log.report()).find("target lost, 2 times") != std::string::npos);
+}
+
+namespace {
+
+/// Frames over a deck that leans by a tenth towards the east: its circle 2 lies 1 m east of the camera, so
+/// that the plane is 0.1 m higher there than straight below.
+class Descent {
+ public:
+  /// Straight down to the plane, in truth and as told; told_m nothing: MISSION has no place of the target.
+  void frame(double true_m, std::optional<double> told_m, int8_t phase, bool seen = true,
+             bool answered = true) {
+    const int64_t k = next_++, utime = capture_utime(k), publish_utime = utime + line_us;
+    vehicle_state_t vehicle{};
+    vehicle.ned_from_body[0] = vehicle.ned_from_body[3] = std::sqrt(0.5);  // eastwards
+    log_.publish(channels::vehicle_state, vehicle, camera, utime, -1, utime);
+    truth_t truth{};
+    truth.circles.resize(1);
+    truth.circle_count = 1;
+    truth_circle_t& circle = truth.circles[0];
+    circle.platform = 1;
+    circle.slot = 2;
+    circle.radius_m = 0.5;
+    circle.center_ned_m[0] = 10;
+    circle.center_ned_m[1] = 1;
+    circle.center_ned_m[2] = -0.1;
+    put_normal(circle.normal_ned);
+    truth.camera_ned_m[0] = 10;
+    truth.camera_ned_m[2] = -true_m;
+    truth.ned_from_body[0] = truth.ned_from_camera[0] = 1;
+    log_.publish(channels::truth, truth, camera, utime, k, utime);
+    platform_estimate_t estimate{};
+    estimate.platform = 1;
+    estimate.measured_utime = utime;
+    estimate.seen_utime = seen ? utime : 0;
+    estimate.roll_rad = -std::atan(0.1);
+    log_.publish(channels::platform_estimate, estimate, pose, utime, k, utime);
+    if (!answered) return;
+    mission_t message = mission();
+    message.has_setpoint = true;
+    message.phase = phase;
+    message.has_target_level = told_m.has_value();
+    if (told_m) {
+      message.target_platform = 1;
+      message.target_slot = 2;
+      message.target_level_m[1] = -2;  // ahead, a metre off the circle: as good a point of the plane
+      message.target_level_m[2] = *told_m - 0.2;
+    }
+    // later than the next prediction, as when the line is late
+    log_.publish(channels::mission, message, again, utime, k, publish_utime);
+  }
+  [[nodiscard]] LowAltitude sum_up() const { return log_.report().mission.value().low_altitude; }
+
+ private:
+  static void put_normal(double (&normal)[3]) {
+    const double length = std::hypot(1, 0.1);
+    normal[1] = -0.1 / length;
+    normal[2] = -1 / length;
+  }
+
+  SyntheticLog log_;
+  int64_t next_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("altitude below 2 m: against the leaning plane, from descend to the end of the climb") {
+  Descent descent;
+  descent.frame(1.5, 1.9, mission_t::PHASE_APPROACH);      // not yet
+  descent.frame(2.5, 2.9, mission_t::PHASE_DESCEND);       // too high
+  descent.frame(1.9, 1.93, mission_t::PHASE_DESCEND);      // 0.03
+  descent.frame(1.2, 1.15, mission_t::PHASE_LOAD, false);  // 0.05, predicted
+  descent.frame(1.3, std::nullopt, mission_t::PHASE_LOAD);
+  descent.frame(1.3, 1.3, mission_t::PHASE_LOAD, true, false);  // no MISSION
+  descent.frame(1.4, 1.39, mission_t::PHASE_VERIFY_LOAD);       // 0.01
+  descent.frame(1.5, 1.7, mission_t::PHASE_TRANSIT);            // over
+  const LowAltitude low = descent.sum_up();
+  CHECK(low.measured == 2);
+  CHECK(low.predicted == 1);
+  CHECK(low.none == 2);
+  REQUIRE(low.errors_m.size() == 3);
+  CHECK(low.errors_m[0] == Approx(0.01));
+  CHECK(low.errors_m[1] == Approx(0.03));
+  CHECK(low.errors_m[2] == Approx(0.05));
+  CHECK(low.error_m(0.5) == Approx(0.03));
+  CHECK(low.error_m(1) == Approx(0.05));
+  CHECK(low.share(low.none) == Approx(0.4));
+}
+
+TEST_CASE("a watched mission: its line, and its end") {
+  WatchView view(0, 4);
+  const auto says = [&view](int8_t phase, bool flies, int64_t now) {
+    mission_t message = mission();
+    message.header = header(mission_run, 0, now, -1);
+    message.phase = phase;
+    message.has_setpoint = flies;
+    message.delivered = 2;
+    message.target_platform = 1;
+    message.target_slot = 3;
+    view.on_mission(message, now);
+  };
+  says(mission_t::PHASE_IDLE, false, 0);
+  CHECK_FALSE(view.mission_over(9 * second));
+  says(mission_t::PHASE_DROP, true, 10 * second);
+  CHECK(view.line(10 * second).find("drop         delivered 2/4  target 1.3") != std::string::npos);
+  says(mission_t::PHASE_COMPLETE, false, 11 * second);
+  CHECK_FALSE(view.mission_over(12 * second));  // the log has its end, too
+  CHECK(view.mission_over(13 * second));
+  says(mission_t::PHASE_SEARCH, true, 14 * second);
+  CHECK_FALSE(view.mission_over(20 * second));
+  says(mission_t::PHASE_IDLE, false, 20 * second);  // somebody else has landed it
+  CHECK(view.mission_over(22 * second));
+  WatchView film(0);
+  auto message = mission();
+  message.phase = mission_t::PHASE_COMPLETE;
+  film.on_mission(message, second);
+  CHECK_FALSE(film.mission_over(30 * second));
 }
