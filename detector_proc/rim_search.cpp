@@ -502,9 +502,9 @@ RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::o
   // as good as fixed: of a rim's two edges the wrong one would pull at it from everywhere
   const double radius_weight = radii.known ? 300 : 0;
   const std::array bands_px = radii.known ? std::array{2.5F, 1.F, 1.F} : std::array{3.F, 2.F, 1.5F};
-  // a cargo stands within 0.4 radii of the middle: of a circle cut at a third of its area half of a rim is
+  // a cargo stands within 0.4 radii of the middle: of a circle cut at a quarter of its area half of a rim is
   // seen
-  constexpr double least_in_view = 0.6;
+  constexpr double least_in_view = 0.75;
   RimSearch out;
   const bool out_of_view = share_in_view(circle, image.size()) < least_in_view;
   const Patch patch = round_patch(image, circle);
