@@ -64,7 +64,7 @@ void Carry::hear(const VehicleSample& vehicle) {
   if (utime_ == 0) phase_utime_ = vehicle.utime;
   utime_ = std::max(utime_, vehicle.utime);
   vehicle_.add(vehicle);
-  hanging_.hear(vehicle.ned_from_body, vehicle.utime);
+  hanging_.hear(vehicle, record_.loaded);
   now_ = vehicle_.at(utime_);
   if (!now_) return;
   velocity_mps_ += std::min(1.0, passed_s / 0.2) * (vehicle.velocity_ned_mps - velocity_mps_);
@@ -84,6 +84,7 @@ void Carry::hear(const HookReport& hook) {
   auto& running = light ? light_since_ : heavy_since_;
   (light ? heavy_since_ : light_since_).reset();
   if (!running) running = utime_;
+  feel_touch();
 }
 
 void Carry::hear(const AutopilotReport& autopilot) {
@@ -224,9 +225,15 @@ void Carry::fire(Event event) {
   nothing_since_.reset();
   if (next == Phase::load) ++record_.attempts;
   if (next == Phase::drop && record_.target) places_.forget(*record_.target);
-  if (next == Phase::search) record_.target.reset();
+  if (next == Phase::search) {
+    kept_ = record_.target;
+    record_.target.reset();
+    touches_off_ = 0;
+  }
   if (next == Phase::go_home) record_.homeward = true;
   closes_jaws_ = opens_jaws_ = lands_ = false;
+  closing_since_.reset();
+  touched_off_m_.reset();
   search_utime_.reset();
   stay_odometry_m_ = now_ ? std::optional(now_->position_odometry_m) : std::nullopt;
   if (has_target_place()) height_m_ = miss().height_m;
@@ -254,7 +261,10 @@ void Carry::take_effect(Event event) {
     case Event::misaligned:
     case Event::blind:
     case Event::late:
-      if (hands_on && record_.phase != Phase::approach) fail_target();
+      if (event == Event::misaligned && record_.phase == Phase::drop)
+        ++touches_off_;  // set down again at once: nothing has failed yet
+      else if (hands_on && record_.phase != Phase::approach)
+        fail_target();
       break;
     case Event::released:
       record_.loaded = false;
@@ -321,7 +331,7 @@ double Carry::hook_height_at(double camera_height_m) const {
 }
 
 Eigen::Vector3d Carry::hook_odometry_m() const {
-  return now_->position_odometry_m + hanging_.hook_ned_m(record_.loaded);
+  return now_->position_odometry_m + hanging_.hook_ned_m();
 }
 
 double Carry::target_age_s() const {
@@ -329,10 +339,21 @@ double Carry::target_age_s() const {
   return course ? course->age_s(utime_) : 1e9;
 }
 
-Carry::Miss Carry::miss() const {
+Carry::Miss Carry::miss(const Eigen::Vector2d& shift_m) const {
   const PointPath goal = hook_goal(utime_);
-  const Eigen::Vector3d off_m = hook_odometry_m() - goal.position_m;
-  return {off_m.head<2>().norm(), -off_m.z(), (velocity_mps_ - goal.velocity_mps).norm()};
+  Eigen::Vector3d off_m = hook_odometry_m() - goal.position_m, speed_mps = velocity_mps_ - goal.velocity_mps;
+  off_m.head<2>() -= shift_m;
+  speed_mps.head<2>() = hanging_.velocity_ned_mps() - goal.velocity_mps.head<2>();
+  return {(off_m.head<2>() - hanging_.swing_ned_m()).norm(), off_m.head<2>().norm(), -off_m.z(),
+          speed_mps.norm()};
+}
+
+/// A cargo that stands stays where it touched, whatever the aircraft does then on its slack rope.
+void Carry::feel_touch() {
+  if (record_.phase != Phase::drop || !light_since_ || !now_ || !has_target_place())
+    touched_off_m_.reset();
+  else if (!touched_off_m_)
+    touched_off_m_ = miss().horizontal_m;
 }
 
 Eigen::Vector3d Carry::odometry_of(const LevelMark& mark, const VehicleMoment& moment) const {

@@ -169,11 +169,16 @@ class Carry {
   [[nodiscard]] Eigen::Vector3d hook_odometry_m() const;
   [[nodiscard]] double target_age_s() const;
   [[nodiscard]] double in_phase_s() const { return static_cast<double>(utime_ - phase_utime_) * 1e-6; }
-  /// The hook against its goal: horizontal distance, height over it, relative speed.
+  /// The hook against its goal: how far beside it in the mean and now that it swings, height over it,
+  /// relative speed.
   struct Miss {
-    double horizontal_m, height_m, speed_mps;
+    double aim_m, horizontal_m, height_m, speed_mps;
   };
-  [[nodiscard]] Miss miss() const;
+  /// shift_m: of the goal, while a handle is felt for.
+  [[nodiscard]] Miss miss(const Eigen::Vector2d& shift_m = Eigen::Vector2d::Zero()) const;
+  void feel_touch();
+  void work_jaws(const Miss& off);
+  [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
   void look_for_pad(const LevelFrame& frame);
   [[nodiscard]] Eigen::Vector3d odometry_of(const LevelMark& mark, const VehicleMoment& moment) const;
@@ -216,6 +221,7 @@ class Carry {
   double empty_load_n_ = 0;
   int empty_readings_ = 0;
   std::optional<SlotId> wished_;
+  std::optional<SlotId> kept_;  ///< chosen before, and neither done nor lost
   std::optional<std::int64_t> target_track_;
 
   std::optional<Eigen::Vector3d> home_odometry_m_;
@@ -231,9 +237,11 @@ class Carry {
   std::optional<Eigen::Vector3d> stay_odometry_m_;
   double heading_rad_ = 0;                                         ///< wanted
   bool closes_jaws_ = false, opens_jaws_ = false, lands_ = false;  ///< in this phase
-  std::optional<std::int64_t> closing_since_;
-  std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
-  double level_m_ = 0;                        ///< of the deck that is looked for, odometry z
+  std::optional<std::int64_t> closing_since_;  ///< when the jaws were first told to, in this phase
+  std::optional<double> touched_off_m_;        ///< off the circle's middle when the cargo touched the deck
+  int touches_off_ = 0;                        ///< times that it was too far off, with this target
+  std::optional<std::int64_t> search_utime_;   ///< since when a spiral is flown
+  double level_m_ = 0;                         ///< of the deck that is looked for, odometry z
   std::int64_t level_utime_ = 0;
   LevelFrame last_frame_;
   std::int64_t unchanged_since_ = 0;

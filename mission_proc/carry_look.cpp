@@ -126,6 +126,7 @@ std::optional<Event> Carry::look_in_search() {
   inputs.utime = utime_;
   inputs.hook_odometry_m = hook_odometry_m().head<2>();
   inputs.loaded = record_.loaded;
+  inputs.kept = kept_;
   inputs.wished = wished_;
   inputs.most_failures = settings_.attempts_per_slot;
   inputs.failures.resize(course->news().slots.size());
@@ -184,17 +185,21 @@ std::optional<Event> Carry::look_in_approach() {
 }
 
 std::optional<Event> Carry::look_in_descend() {
-  if (record_.loaded && light_since_ && seconds(utime_ - *light_since_) > 0.5) return Event::cargo_gone;
+  // one that was set down beside the middle is lifted first
+  const bool lifted = in_phase_s() > 2;
+  if (record_.loaded && lifted && light_since_ && seconds(utime_ - *light_since_) > 0.5)
+    return Event::cargo_gone;
   if (!has_target_place() || target_age_s() > settings_.blind_s) {
     say(fmt::format("nothing of the platform was seen for {:.1f} s: goes up again", settings_.blind_s));
     return Event::blind;
   }
   const Miss off = miss();
-  if (off.horizontal_m > 4 * settings_.aligned_m + 0.2 * off.height_m) {
-    say(fmt::format("{:.2f} m off the target's axis: goes up again", off.horizontal_m));
+  if (off.aim_m > 4 * settings_.aligned_m + 0.2 * off.height_m) {
+    say(fmt::format("{:.2f} m off the target's axis: goes up again", off.aim_m));
     return Event::misaligned;
   }
-  if (off.height_m > settings_.clearance_m + 0.05 || off.horizontal_m > settings_.aligned_m / 2)
+  if (off.height_m > settings_.clearance_m + 0.05 || off.height_m < settings_.clearance_m / 2 ||
+      off.horizontal_m > settings_.aligned_m / 2)
     aligned_since_.reset();
   else if (!aligned_since_)
     aligned_since_ = utime_;
@@ -250,8 +255,13 @@ std::optional<Event> Carry::look_in_transit() {
 
 std::optional<Event> Carry::look_in_drop() {
   if (opens_jaws_ && hook_ && !hook_->closed) {
-    say("let go");
+    say(touched_off_m_ ? fmt::format("stands {:.2f} m off the circle's middle: let go", *touched_off_m_)
+                       : "let go");
     return Event::released;
+  }
+  if (touched_off_m_ && !opens_jaws_ && seconds(utime_ - *light_since_) > 0.1) {
+    say(fmt::format("touched down {:.2f} m off the circle's middle: goes up a little", *touched_off_m_));
+    return Event::misaligned;
   }
   if (!has_target_place() || target_age_s() > settings_.blind_s) return Event::blind;
   return std::nullopt;
