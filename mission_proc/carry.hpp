@@ -167,6 +167,9 @@ class Carry {
   [[nodiscard]] PointPath hook_goal(std::int64_t utime) const;
   [[nodiscard]] double hook_height_at(double camera_height_m) const;
   [[nodiscard]] Eigen::Vector3d hook_odometry_m() const;
+  /// From the aircraft's point to where the hook is learnt to hang in the mean.
+  [[nodiscard]] Eigen::Vector3d hangs_ned_m() const;
+  [[nodiscard]] Eigen::Vector3d hook_miss_ned_m() const;
   [[nodiscard]] double target_age_s() const;
   [[nodiscard]] double in_phase_s() const { return static_cast<double>(utime_ - phase_utime_) * 1e-6; }
   /// The hook against its goal: how far beside it in the mean and now that it swings, height over it,
@@ -177,6 +180,8 @@ class Carry {
   /// shift_m: of the goal, while a handle is felt for.
   [[nodiscard]] Miss miss(const Eigen::Vector2d& shift_m = Eigen::Vector2d::Zero()) const;
   void feel_touch();
+  void learn_hook(const Eigen::Vector3d& off_ned_m, double heading_rad);
+  void learn_from_drop();
   void work_jaws(const Miss& off);
   [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
@@ -238,10 +243,18 @@ class Carry {
   double heading_rad_ = 0;                                         ///< wanted
   bool closes_jaws_ = false, opens_jaws_ = false, lands_ = false;  ///< in this phase
   std::optional<std::int64_t> closing_since_;  ///< when the jaws were first told to, in this phase
-  std::optional<double> touched_off_m_;        ///< off the circle's middle when the cargo touched the deck
-  int touches_off_ = 0;                        ///< times that it was too far off, with this target
-  std::optional<std::int64_t> search_utime_;   ///< since when a spiral is flown
-  double level_m_ = 0;                         ///< of the deck that is looked for, odometry z
+  /// When the cargo touched the deck.
+  struct Touch {
+    Eigen::Vector3d off_ned_m;  ///< from where it was to stand
+    double heading_rad;
+  };
+  std::optional<Touch> touch_;
+  Eigen::Vector3d hook_off_m_ =
+      Eigen::Vector3d::Zero();  ///< ahead, right, down: from where it is told to hang
+  int hook_lessons_ = 0;
+  int touches_off_ = 0;                       ///< times that it was too far off, with this target
+  std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
+  double level_m_ = 0;                        ///< of the deck that is looked for, odometry z
   std::int64_t level_utime_ = 0;
   LevelFrame last_frame_;
   std::int64_t unchanged_since_ = 0;

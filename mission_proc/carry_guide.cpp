@@ -150,15 +150,16 @@ Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double p
   const Eigen::Vector3d hook_m = point.position_m - Eigen::Vector3d(0, 0, height_m_);
   if (record_.phase == Phase::load) work_jaws(miss(shift_m));
   if (record_.phase == Phase::drop && may_let_go(off)) opens_jaws_ = true;
-  return {hook_m - hanging_.mean_ned_m(), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_), heading_rad_};
+  return {hook_m - hangs_ned_m(), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_), heading_rad_};
 }
 
 /// Told to close while the hook is well inside of what they reach, and not to when it has swung out again:
 /// what they catch at the edge of their reach slips off.
 void Carry::work_jaws(const Miss& off) {
-  constexpr double slow_mps = 0.2;  // two thirds of what they close at, and no more than a centimetre a frame
+  constexpr double slow_mps = 0.2;      // two thirds of what they close at
+  constexpr double swung_out_m = 0.12;  // their 0.08 m, and what the swing is known to
   const bool here = std::abs(off.height_m) < felt_m + 0.05 && target_age_s() < settings_.oldest_s;
-  const double within_m = closes_jaws_ ? settings_.aligned_m / 2 : settings_.grab_m;
+  const double within_m = closes_jaws_ ? swung_out_m : settings_.grab_m;
   closes_jaws_ = here && off.horizontal_m < within_m && (closes_jaws_ || off.speed_mps < slow_mps);
   if (closes_jaws_ && !closing_since_) closing_since_ = utime_;
 }
@@ -168,7 +169,7 @@ void Carry::work_jaws(const Miss& off) {
 bool Carry::may_let_go(const Miss& off) const {
   if (opens_jaws_ || target_age_s() > settings_.oldest_s) return opens_jaws_;
   const double radius_m = settings_.release_m * (1 + touches_off_);  // better there at last than never
-  if (touched_off_m_) return *touched_off_m_ < radius_m;
+  if (touch_) return touch_->off_ned_m.head<2>().norm() < radius_m;
   return off.height_m < 0.05 - press_m && off.horizontal_m < radius_m;
 }
 

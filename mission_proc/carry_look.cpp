@@ -255,12 +255,14 @@ std::optional<Event> Carry::look_in_transit() {
 
 std::optional<Event> Carry::look_in_drop() {
   if (opens_jaws_ && hook_ && !hook_->closed) {
-    say(touched_off_m_ ? fmt::format("stands {:.2f} m off the circle's middle: let go", *touched_off_m_)
-                       : "let go");
+    say(touch_ ? fmt::format("stands {:.2f} m off the circle's middle: let go",
+                             touch_->off_ned_m.head<2>().norm())
+               : "let go");
     return Event::released;
   }
-  if (touched_off_m_ && !opens_jaws_ && seconds(utime_ - *light_since_) > 0.1) {
-    say(fmt::format("touched down {:.2f} m off the circle's middle: goes up a little", *touched_off_m_));
+  if (touch_ && !opens_jaws_ && seconds(utime_ - *light_since_) > 0.1) {
+    say(fmt::format("touched down {:.2f} m off the circle's middle: goes up a little",
+                    touch_->off_ned_m.head<2>().norm()));
     return Event::misaligned;
   }
   if (!has_target_place() || target_age_s() > settings_.blind_s) return Event::blind;

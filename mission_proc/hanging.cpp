@@ -68,12 +68,6 @@ Eigen::Vector2d Hanging::velocity_ned_mps() const {
   return top_mps_ + settings_.rope_m / pendulum_m() * (weight_mps_ - top_mps_);
 }
 
-Eigen::Vector3d Hanging::hook_ned_m() const {
-  Eigen::Vector3d hook_m = mean_ned_m();
-  hook_m.head<2>() += swing_ned_m();
-  return hook_m;
-}
-
 Eigen::Vector3d Hanging::mean_ned_m() const {
   const Eigen::Vector3d down = Eigen::Vector3d::UnitZ(), lean = mean_down_ned_ - down;
   const Eigen::Vector3d rope =

@@ -20,9 +20,8 @@ class Hanging {
 
   /// loaded: with a cargo, whose weight lies below the hook. What changes that begins without a swing.
   void hear(const VehicleSample& vehicle, bool loaded);
-  /// From the point whose position VEHICLE_STATE tells, m, along NED's axes: without the swing, and with it.
+  /// From the point whose position VEHICLE_STATE tells, m, along NED's axes: without the swing.
   [[nodiscard]] Eigen::Vector3d mean_ned_m() const;
-  [[nodiscard]] Eigen::Vector3d hook_ned_m() const;
   /// Of the hook; horizontal.
   [[nodiscard]] Eigen::Vector2d velocity_ned_mps() const;
   /// Of the hook from where it hangs in the mean; as it will be if nothing else happens.
