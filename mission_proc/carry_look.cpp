@@ -24,13 +24,13 @@ double longest_s(Phase phase) {
     case Phase::descend:
       return 40;
     case Phase::load:
-      return 25;
+      return 40;  // five times up and down while the spiral goes out; another approach takes 30 s
     case Phase::verify_load:
       return 20;
     case Phase::transit:
       return 90;
     case Phase::drop:
-      return 20;
+      return 30;  // it is lowered only while the swing lets it
     case Phase::verify_drop:
       return 20;
     case Phase::retry:
