@@ -356,10 +356,10 @@ double Carry::target_age_s() const {
   return course ? course->age_s(utime_) : 1e9;
 }
 
-Carry::Miss Carry::miss(const Eigen::Vector2d& shift_m) const {
+Carry::Miss Carry::miss() const {
   const PointPath goal = hook_goal(utime_);
-  Eigen::Vector3d off_m = hook_miss_ned_m(), speed_mps = velocity_mps_ - goal.velocity_mps;
-  off_m.head<2>() -= shift_m;
+  const Eigen::Vector3d off_m = hook_miss_ned_m();
+  Eigen::Vector3d speed_mps = velocity_mps_ - goal.velocity_mps;
   speed_mps.head<2>() = hanging_.velocity_ned_mps() - goal.velocity_mps.head<2>();
   return {(off_m.head<2>() - hanging_.swing_ned_m()).norm(), off_m.head<2>().norm(), -off_m.z(),
           speed_mps.norm()};

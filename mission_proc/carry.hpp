@@ -177,12 +177,11 @@ class Carry {
   struct Miss {
     double aim_m, horizontal_m, height_m, speed_mps;
   };
-  /// shift_m: of the goal, while a handle is felt for.
-  [[nodiscard]] Miss miss(const Eigen::Vector2d& shift_m = Eigen::Vector2d::Zero()) const;
+  [[nodiscard]] Miss miss() const;
   void feel_touch();
   void learn_hook(const Eigen::Vector3d& off_ned_m, double heading_rad);
   void learn_from_drop();
-  void work_jaws(const Miss& off);
+  void work_jaws(const Miss& off, double felt_about_m);
   [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
   void look_for_pad(const LevelFrame& frame);
@@ -195,7 +194,7 @@ class Carry {
   Goal over_deck(double height_m);
   Goal over_home(double height_m);
   Goal stay(double climb_rate_mps, double passed_s);
-  [[nodiscard]] Eigen::Vector2d feeling_about_m() const;
+  [[nodiscard]] Eigen::Vector2d feeling_about_m(double ahead_s) const;
   [[nodiscard]] double felt_height_m() const;
   double deck_level_m(double now_m);
   [[nodiscard]] double target_heading_rad() const;

@@ -144,24 +144,26 @@ Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double p
 
   if (record_.phase != Phase::load && record_.phase != Phase::drop) heading_rad_ = target_heading_rad();
   PointPath point = hook_goal(utime_);
-  const Eigen::Vector2d shift_m = record_.phase == Phase::load ? feeling_about_m() : Eigen::Vector2d(0, 0);
+  const Eigen::Vector2d shift_m = feeling_about_m(0);
   point.position_m.head<2>() += shift_m;
   const auto lag_us = static_cast<std::int64_t>(settings_.lag_s * 1e6);
   Eigen::Vector3d velocity_mps = hook_goal(utime_ + lag_us).velocity_mps;
+  velocity_mps.head<2>() +=
+      (feeling_about_m(settings_.lag_s + told_every_s) - feeling_about_m(settings_.lag_s)) / told_every_s;
   velocity_mps.head<2>() += damped_per_s * hanging_.swing_ned_m(settings_.lag_s + told_every_s / 2);
   const Eigen::Vector3d hook_m = point.position_m - Eigen::Vector3d(0, 0, height_m_);
-  if (record_.phase == Phase::load) work_jaws(miss(shift_m));
+  if (record_.phase == Phase::load) work_jaws(off, shift_m.norm());
   if (record_.phase == Phase::drop && may_let_go(off)) opens_jaws_ = true;
   return {hook_m - hangs_ned_m(), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_), heading_rad_};
 }
 
 /// Told to close while the hook is well inside of what they reach, and not to when it has swung out again:
-/// what they catch at the edge of their reach slips off.
-void Carry::work_jaws(const Miss& off) {
+/// what they catch at the edge of their reach slips off. A handle that is felt for may be as far off as that.
+void Carry::work_jaws(const Miss& off, double felt_about_m) {
   constexpr double slow_mps = 0.2;      // two thirds of what they close at
   constexpr double swung_out_m = 0.12;  // their 0.08 m, and what the swing is known to
   const bool here = std::abs(off.height_m) < felt_m + 0.05 && target_age_s() < settings_.oldest_s;
-  const double within_m = closes_jaws_ ? swung_out_m : settings_.grab_m;
+  const double within_m = felt_about_m + (closes_jaws_ ? swung_out_m : settings_.grab_m);
   closes_jaws_ = here && off.horizontal_m < within_m && (closes_jaws_ || off.speed_mps < slow_mps);
   if (closes_jaws_ && !closing_since_) closing_since_ = utime_;
 }
@@ -177,9 +179,9 @@ bool Carry::may_let_go(const Miss& off) const {
 
 /// The jaws feel for a handle that is not where it was thought: a slow spiral out to where they could just
 /// miss.
-Eigen::Vector2d Carry::feeling_about_m() const {
-  constexpr double patience_s = 5, turn_s = 5, widest_m = 0.08, growth_mps = 0.01;
-  const double felt_s = closing_since_ ? seconds(utime_ - *closing_since_) - patience_s : 0;
+Eigen::Vector2d Carry::feeling_about_m(double ahead_s) const {
+  constexpr double patience_s = 5, turn_s = 8, widest_m = 0.08, growth_mps = 0.01;  // 0.06 m/s at most
+  const double felt_s = closing_since_ ? seconds(utime_ - *closing_since_) + ahead_s - patience_s : 0;
   if (felt_s <= 0) return Eigen::Vector2d::Zero();
   const double angle_rad = 2 * std::numbers::pi * felt_s / turn_s;
   return std::min(widest_m, growth_mps * felt_s) * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));
