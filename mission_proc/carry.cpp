@@ -64,7 +64,8 @@ void Carry::hear(const VehicleSample& vehicle) {
   if (utime_ == 0) phase_utime_ = vehicle.utime;
   utime_ = std::max(utime_, vehicle.utime);
   vehicle_.add(vehicle);
-  hanging_.hear(vehicle, record_.loaded);
+  // what stood on the deck, its rope slack, begins to swing anew when it is lifted again
+  hanging_.hear(vehicle, record_.loaded && heavy_since_);
   now_ = vehicle_.at(utime_);
   if (!now_) return;
   velocity_mps_ += std::min(1.0, passed_s / 0.2) * (vehicle.velocity_ned_mps - velocity_mps_);
