@@ -42,9 +42,10 @@ struct CarrySettings {
   double land_height_m = 1.5;    // the pad's circle is still whole in view; straight down from there
   double clearance_m = 0.35;  // of the hook over the handle, of the cargo over the deck, before the last step
   double aligned_m = 0.15;
-  double aligned_s = 1.0;   // half a period of the hook's swing
-  double grab_m = 0.045;    // the hook holds well within 0.06 m: the rest is for what is not known
-  double release_m = 0.08;  // the swing is known to 0.05 m, the deck to 0.03 m: 0.10 m together
+  double aligned_s = 1.0;  // half a period of the hook's swing
+  double grab_m = 0.045;   // the hook holds well within 0.06 m: the rest is for what is not known
+  double release_m =
+      0.10;  // twice what the swing is known to: one that is lifted again swings as nobody knows
   double oldest_s =
       1.0;  // a deck that was not seen for so long is 0.05 m/s x 1 s off, a good half of the gate
   double blind_s = 2.5;
