@@ -208,12 +208,7 @@ Carry::Goal Carry::over_deck(double height_m) {
   if (!seen)
     aircraft_m.head<2>() += spiral_m(spiral_mps * (seconds(utime_ - *search_utime_) - 4), turns_apart_m);
   aircraft_m.head<2>() -= settings_.camera_forward_m * ahead;
-  // one that was only told of, by its GPS against the aircraft's, may lie as much higher: too low nothing
-  // comes into view, and a circle is still 17 px large from 10 m
-  constexpr double told_height_m = 3;
-  const bool only_told = course && course->news().seen_utime < 0;
-  aircraft_m.z() =
-      deck_level_m(place_m.z()) - height_m - settings_.camera_down_m - (only_told ? told_height_m : 0);
+  aircraft_m.z() = deck_level_m(place_m.z()) - height_m - settings_.camera_down_m;
   return {aircraft_m, velocity_mps, heading_rad_};
 }
 
