@@ -64,7 +64,8 @@ void Carry::hear(const VehicleSample& vehicle) {
   if (utime_ == 0) phase_utime_ = vehicle.utime;
   utime_ = std::max(utime_, vehicle.utime);
   vehicle_.add(vehicle);
-  hanging_.hear(vehicle.ned_from_body, vehicle.utime);
+  // what stood on the deck, its rope slack, begins to swing anew when it is lifted again
+  hanging_.hear(vehicle, record_.loaded && heavy_since_);
   now_ = vehicle_.at(utime_);
   if (!now_) return;
   velocity_mps_ += std::min(1.0, passed_s / 0.2) * (vehicle.velocity_ned_mps - velocity_mps_);
@@ -84,6 +85,7 @@ void Carry::hear(const HookReport& hook) {
   auto& running = light ? light_since_ : heavy_since_;
   (light ? heavy_since_ : light_since_).reset();
   if (!running) running = utime_;
+  feel_touch();
 }
 
 void Carry::hear(const AutopilotReport& autopilot) {
@@ -224,9 +226,15 @@ void Carry::fire(Event event) {
   nothing_since_.reset();
   if (next == Phase::load) ++record_.attempts;
   if (next == Phase::drop && record_.target) places_.forget(*record_.target);
-  if (next == Phase::search) record_.target.reset();
+  if (next == Phase::search) {
+    kept_ = record_.target;
+    record_.target.reset();
+    touches_off_ = 0;
+  }
   if (next == Phase::go_home) record_.homeward = true;
   closes_jaws_ = opens_jaws_ = lands_ = false;
+  closing_since_.reset();
+  if (next != Phase::verify_drop) touch_.reset();
   search_utime_.reset();
   stay_odometry_m_ = now_ ? std::optional(now_->position_odometry_m) : std::nullopt;
   if (has_target_place()) height_m_ = miss().height_m;
@@ -243,6 +251,9 @@ void Carry::take_effect(Event event) {
   const bool hands_on = record_.phase == Phase::descend || record_.phase == Phase::load ||
                         record_.phase == Phase::drop || record_.phase == Phase::approach;
   switch (event) {
+    case Event::gripped:
+      if (has_target_place()) learn_hook(hook_miss_ned_m(), hanging_.heading_rad());
+      break;
     case Event::loaded:
       record_.loaded = true;
       if (target) places_.forget(*target);
@@ -254,7 +265,10 @@ void Carry::take_effect(Event event) {
     case Event::misaligned:
     case Event::blind:
     case Event::late:
-      if (hands_on && record_.phase != Phase::approach) fail_target();
+      if (event == Event::misaligned && record_.phase == Phase::drop)
+        ++touches_off_;  // set down again at once: nothing has failed yet
+      else if (hands_on && record_.phase != Phase::approach)
+        fail_target();
       break;
     case Event::released:
       record_.loaded = false;
@@ -265,6 +279,7 @@ void Carry::take_effect(Event event) {
       if (!hands_on || record_.phase == Phase::approach) ++record_.written_off;
       break;
     case Event::placed: {
+      learn_from_drop();
       const auto place = target ? places_.at(*target) : std::nullopt;
       record_.delivered.push_back({target.value_or(SlotId{}), place ? place->offset_m.norm() : -1});
       record_.target.reset();
@@ -321,7 +336,20 @@ double Carry::hook_height_at(double camera_height_m) const {
 }
 
 Eigen::Vector3d Carry::hook_odometry_m() const {
-  return now_->position_odometry_m + hanging_.hook_ned_m(record_.loaded);
+  Eigen::Vector3d hook_m = now_->position_odometry_m + hangs_ned_m();
+  hook_m.head<2>() += hanging_.swing_ned_m();
+  return hook_m;
+}
+
+Eigen::Vector3d Carry::hangs_ned_m() const {
+  Eigen::Vector3d hangs_m = hanging_.mean_ned_m();
+  hangs_m.head<2>() += ned_from_deck(hook_off_m_.head<2>(), hanging_.heading_rad());
+  hangs_m.z() += hook_off_m_.z();
+  return hangs_m;
+}
+
+Eigen::Vector3d Carry::hook_miss_ned_m() const {
+  return hook_odometry_m() - hook_goal(utime_).position_m;
 }
 
 double Carry::target_age_s() const {
@@ -331,8 +359,41 @@ double Carry::target_age_s() const {
 
 Carry::Miss Carry::miss() const {
   const PointPath goal = hook_goal(utime_);
-  const Eigen::Vector3d off_m = hook_odometry_m() - goal.position_m;
-  return {off_m.head<2>().norm(), -off_m.z(), (velocity_mps_ - goal.velocity_mps).norm()};
+  const Eigen::Vector3d off_m = hook_miss_ned_m();
+  Eigen::Vector3d speed_mps = velocity_mps_ - goal.velocity_mps;
+  speed_mps.head<2>() = hanging_.velocity_ned_mps() - goal.velocity_mps.head<2>();
+  return {(off_m.head<2>() - hanging_.swing_ned_m()).norm(), off_m.head<2>().norm(), -off_m.z(),
+          speed_mps.norm()};
+}
+
+/// A cargo that stands stays where it touched, whatever the aircraft does then on its slack rope.
+void Carry::feel_touch() {
+  if (record_.phase != Phase::drop || opens_jaws_) return;
+  if (!light_since_ || !now_ || !has_target_place())
+    touch_.reset();
+  else if (!touch_)
+    touch_ = Touch{hook_miss_ned_m(), hanging_.heading_rad()};
+}
+
+/// Camera, hook and rope are where they are told to be to 0.02 m each, and what is wrong with that stays the
+/// same in the aircraft's own axes: a hook that took hold, or set down, shows it to some centimetres. The
+/// mean of what was so learnt, with one lesson of nought beforehand.
+void Carry::learn_hook(const Eigen::Vector3d& off_ned_m, double heading_rad) {
+  constexpr double most_m = 0.15;  // more is no lever arm
+  if (off_ned_m.norm() > most_m) return;
+  ++hook_lessons_;
+  Eigen::Vector3d lesson_m = off_ned_m;
+  lesson_m.head<2>() = deck_from_ned(off_ned_m.head<2>(), heading_rad);
+  hook_off_m_ -= lesson_m / (1 + hook_lessons_);
+}
+
+/// Where a cargo was thought to touch against where it stands now.
+void Carry::learn_from_drop() {
+  const auto cargo = record_.target ? places_.at(*record_.target) : std::nullopt;
+  if (!touch_ || !cargo || !has_target_place()) return;
+  Eigen::Vector3d wrong_m = touch_->off_ned_m;
+  wrong_m.head<2>() -= ned_from_deck(cargo->offset_m, deck(record_.target->platform)->heading_rad(utime_));
+  learn_hook(wrong_m, touch_->heading_rad);
 }
 
 Eigen::Vector3d Carry::odometry_of(const LevelMark& mark, const VehicleMoment& moment) const {

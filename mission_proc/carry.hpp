@@ -167,13 +167,22 @@ class Carry {
   [[nodiscard]] PointPath hook_goal(std::int64_t utime) const;
   [[nodiscard]] double hook_height_at(double camera_height_m) const;
   [[nodiscard]] Eigen::Vector3d hook_odometry_m() const;
+  /// From the aircraft's point to where the hook is learnt to hang in the mean.
+  [[nodiscard]] Eigen::Vector3d hangs_ned_m() const;
+  [[nodiscard]] Eigen::Vector3d hook_miss_ned_m() const;
   [[nodiscard]] double target_age_s() const;
   [[nodiscard]] double in_phase_s() const { return static_cast<double>(utime_ - phase_utime_) * 1e-6; }
-  /// The hook against its goal: horizontal distance, height over it, relative speed.
+  /// The hook against its goal: how far beside it in the mean and now that it swings, height over it,
+  /// relative speed.
   struct Miss {
-    double horizontal_m, height_m, speed_mps;
+    double aim_m, horizontal_m, height_m, speed_mps;
   };
   [[nodiscard]] Miss miss() const;
+  void feel_touch();
+  void learn_hook(const Eigen::Vector3d& off_ned_m, double heading_rad);
+  void learn_from_drop();
+  void work_jaws(const Miss& off, double felt_about_m);
+  [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
   void look_for_pad(const LevelFrame& frame);
   [[nodiscard]] Eigen::Vector3d odometry_of(const LevelMark& mark, const VehicleMoment& moment) const;
@@ -185,7 +194,7 @@ class Carry {
   Goal over_deck(double height_m);
   Goal over_home(double height_m);
   Goal stay(double climb_rate_mps, double passed_s);
-  [[nodiscard]] Eigen::Vector2d feeling_about_m() const;
+  [[nodiscard]] Eigen::Vector2d feeling_about_m(double ahead_s) const;
   [[nodiscard]] double felt_height_m() const;
   double deck_level_m(double now_m);
   [[nodiscard]] double target_heading_rad() const;
@@ -216,6 +225,7 @@ class Carry {
   double empty_load_n_ = 0;
   int empty_readings_ = 0;
   std::optional<SlotId> wished_;
+  std::optional<SlotId> kept_;  ///< chosen before, and neither done nor lost
   std::optional<std::int64_t> target_track_;
 
   std::optional<Eigen::Vector3d> home_odometry_m_;
@@ -231,7 +241,17 @@ class Carry {
   std::optional<Eigen::Vector3d> stay_odometry_m_;
   double heading_rad_ = 0;                                         ///< wanted
   bool closes_jaws_ = false, opens_jaws_ = false, lands_ = false;  ///< in this phase
-  std::optional<std::int64_t> closing_since_;
+  std::optional<std::int64_t> closing_since_;  ///< when the jaws were first told to, in this phase
+  /// When the cargo touched the deck.
+  struct Touch {
+    Eigen::Vector3d off_ned_m;  ///< from where it was to stand
+    double heading_rad;
+  };
+  std::optional<Touch> touch_;
+  Eigen::Vector3d hook_off_m_ =
+      Eigen::Vector3d::Zero();  ///< ahead, right, down: from where it is told to hang
+  int hook_lessons_ = 0;
+  int touches_off_ = 0;                       ///< times that it was too far off, with this target
   std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
   double level_m_ = 0;                        ///< of the deck that is looked for, odometry z
   std::int64_t level_utime_ = 0;

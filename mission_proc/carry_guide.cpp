@@ -18,9 +18,17 @@ constexpr double touch_mps = 0.12;  // the last decimetres: well below what a ho
 /// A commanded height changes its rate no faster: a third of what the aircraft can, so that nothing swings.
 constexpr double smooth_mps2 = 0.4;
 /// A handle is felt for: up and down by this much about where it should be, in this time. The jaws need the
-/// handle within 0.06 m for 0.3 s: at 0.08 m/s it stays there long enough.
-constexpr double felt_m = 0.05, felt_turn_s = 4;
-constexpr double press_m = 0.06;  // below contact: a cargo that is to stand is lowered until it does
+/// handle within 0.06 m for 0.3 s: at 0.08 m/s it stays there long enough. Four lever arms that are known to
+/// 0.02 m each and a deck to 0.03 m make 0.05 m: twice that.
+constexpr double felt_m = 0.10, felt_turn_s = 8;
+/// Below contact: a cargo is lowered until the load cell tells that it stands. The height is off by as much
+/// as a handle's.
+constexpr double press_m = 0.15;
+/// Of a swing, a second, that the rope's upper end goes after it: a swing dies out to a third in 2 / 0.6 = 3
+/// s, two of its periods, and the aircraft moves by a sixth of it.
+constexpr double damped_per_s = 0.6;
+constexpr double told_every_s =
+    0.1;  // set-points come with the camera's frames: half of it later in the mean
 
 /// Along a spiral with turns that far apart, the middle of each seen from the next one.
 Eigen::Vector2d spiral_m(double way_m, double apart_m) {
@@ -61,7 +69,7 @@ void Carry::guide(double passed_s) {
       action_ = Action::descend;
       break;
     case Phase::load:
-      action_ = closes_jaws_ ? Action::grab : Action::descend;
+      action_ = closes_jaws_ ? Action::grab : closing_since_ ? Action::release : Action::descend;
       break;
     case Phase::drop:
       action_ = opens_jaws_ ? Action::release : Action::descend;
@@ -97,7 +105,7 @@ std::optional<Carry::Goal> Carry::goal(double passed_s) {
     case Phase::descend:
       return over_target(settings_.clearance_m, lower_mps, passed_s);
     case Phase::load:
-      return over_target(closes_jaws_ ? felt_height_m() : 0, touch_mps, passed_s);
+      return over_target(closing_since_ ? felt_height_m() : 0, touch_mps, passed_s);
     case Phase::drop:
       return over_target(-press_m, touch_mps, passed_s);
     case Phase::verify_load:
@@ -123,8 +131,10 @@ Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double p
   if (!has_target_place()) return stay(climb_mps, passed_s);
   const Miss off = miss();
   const bool lowers = wanted_height_m < height_m_;
+  // a cargo touches where it then is; above a handle there is time for the swing to come back
+  const double beside_m = record_.phase == Phase::drop ? off.horizontal_m : off.aim_m;
   const bool may_lower = target_age_s() < settings_.oldest_s &&
-                         off.horizontal_m < settings_.aligned_m / 2 + 0.15 * std::max(0.0, height_m_);
+                         beside_m < settings_.aligned_m / 2 + 0.15 * std::max(0.0, height_m_);
   double wanted_rise_mps = std::clamp(2 * (wanted_height_m - height_m_), -rate_mps, rate_mps);
   if (lowers && !may_lower) wanted_rise_mps = 0;
   rise_mps_ += std::clamp(wanted_rise_mps - rise_mps_, -smooth_mps2 * passed_s, smooth_mps2 * passed_s);
@@ -134,27 +144,44 @@ Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double p
 
   if (record_.phase != Phase::load && record_.phase != Phase::drop) heading_rad_ = target_heading_rad();
   PointPath point = hook_goal(utime_);
-  if (record_.phase == Phase::load) point.position_m.head<2>() += feeling_about_m();
+  const Eigen::Vector2d shift_m = feeling_about_m(0);
+  point.position_m.head<2>() += shift_m;
   const auto lag_us = static_cast<std::int64_t>(settings_.lag_s * 1e6);
-  const Eigen::Vector3d velocity_mps = hook_goal(utime_ + lag_us).velocity_mps;
+  Eigen::Vector3d velocity_mps = hook_goal(utime_ + lag_us).velocity_mps;
+  velocity_mps.head<2>() +=
+      (feeling_about_m(settings_.lag_s + told_every_s) - feeling_about_m(settings_.lag_s)) / told_every_s;
+  velocity_mps.head<2>() += damped_per_s * hanging_.swing_ned_m(settings_.lag_s + told_every_s / 2);
   const Eigen::Vector3d hook_m = point.position_m - Eigen::Vector3d(0, 0, height_m_);
-  const bool close = std::abs(off.height_m) < 0.10 && off.horizontal_m < settings_.grab_m;
-  if (record_.phase == Phase::load && close && target_age_s() < settings_.oldest_s && !closes_jaws_) {
-    closes_jaws_ = true;
-    closing_since_ = utime_;
-  }
-  const bool stands = light_since_ && seconds(utime_ - *light_since_) > 0.2;
-  const bool over_circle = off.horizontal_m < settings_.release_m && target_age_s() < settings_.oldest_s;
-  if (record_.phase == Phase::drop && (stands || off.height_m < 0.02) && over_circle) opens_jaws_ = true;
-  return {hook_m - hanging_.hook_ned_m(record_.loaded), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_),
-          heading_rad_};
+  if (record_.phase == Phase::load) work_jaws(off, shift_m.norm());
+  if (record_.phase == Phase::drop && may_let_go(off)) opens_jaws_ = true;
+  return {hook_m - hangs_ned_m(), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_), heading_rad_};
+}
+
+/// Told to close while the hook is well inside of what they reach, and not to when it has swung out again:
+/// what they catch at the edge of their reach slips off. A handle that is felt for may be as far off as that.
+void Carry::work_jaws(const Miss& off, double felt_about_m) {
+  constexpr double slow_mps = 0.2;      // two thirds of what they close at
+  constexpr double swung_out_m = 0.12;  // their 0.08 m, and what the swing is known to
+  const bool here = std::abs(off.height_m) < felt_m + 0.05 && target_age_s() < settings_.oldest_s;
+  const double within_m = felt_about_m + (closes_jaws_ ? swung_out_m : settings_.grab_m);
+  closes_jaws_ = here && off.horizontal_m < within_m && (closes_jaws_ || off.speed_mps < slow_mps);
+  if (closes_jaws_ && !closing_since_) closing_since_ = utime_;
+}
+
+/// When the load cell tells that the deck carries the cargo; on what was said about its height alone only
+/// when it is lower than that can be wrong.
+bool Carry::may_let_go(const Miss& off) const {
+  if (opens_jaws_ || target_age_s() > settings_.oldest_s) return opens_jaws_;
+  const double radius_m = settings_.release_m * (1 + touches_off_);  // better there at last than never
+  if (touch_) return touch_->off_ned_m.head<2>().norm() < radius_m;
+  return off.height_m < 0.05 - press_m && off.horizontal_m < radius_m;
 }
 
 /// The jaws feel for a handle that is not where it was thought: a slow spiral out to where they could just
 /// miss.
-Eigen::Vector2d Carry::feeling_about_m() const {
-  constexpr double patience_s = 5, turn_s = 5, widest_m = 0.08, growth_mps = 0.01;
-  const double felt_s = closes_jaws_ ? seconds(utime_ - *closing_since_) - patience_s : 0;
+Eigen::Vector2d Carry::feeling_about_m(double ahead_s) const {
+  constexpr double patience_s = 5, turn_s = 8, widest_m = 0.08, growth_mps = 0.01;  // 0.06 m/s at most
+  const double felt_s = closing_since_ ? seconds(utime_ - *closing_since_) + ahead_s - patience_s : 0;
   if (felt_s <= 0) return Eigen::Vector2d::Zero();
   const double angle_rad = 2 * std::numbers::pi * felt_s / turn_s;
   return std::min(widest_m, growth_mps * felt_s) * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad));

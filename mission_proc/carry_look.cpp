@@ -24,13 +24,13 @@ double longest_s(Phase phase) {
     case Phase::descend:
       return 40;
     case Phase::load:
-      return 25;
+      return 40;  // five times up and down while the spiral goes out; another approach takes 30 s
     case Phase::verify_load:
       return 20;
     case Phase::transit:
       return 90;
     case Phase::drop:
-      return 20;
+      return 30;  // it is lowered only while the swing lets it
     case Phase::verify_drop:
       return 20;
     case Phase::retry:
@@ -126,6 +126,7 @@ std::optional<Event> Carry::look_in_search() {
   inputs.utime = utime_;
   inputs.hook_odometry_m = hook_odometry_m().head<2>();
   inputs.loaded = record_.loaded;
+  inputs.kept = kept_;
   inputs.wished = wished_;
   inputs.most_failures = settings_.attempts_per_slot;
   inputs.failures.resize(course->news().slots.size());
@@ -184,17 +185,21 @@ std::optional<Event> Carry::look_in_approach() {
 }
 
 std::optional<Event> Carry::look_in_descend() {
-  if (record_.loaded && light_since_ && seconds(utime_ - *light_since_) > 0.5) return Event::cargo_gone;
+  // one that was set down beside the middle is lifted first
+  const bool lifted = in_phase_s() > 2;
+  if (record_.loaded && lifted && light_since_ && seconds(utime_ - *light_since_) > 0.5)
+    return Event::cargo_gone;
   if (!has_target_place() || target_age_s() > settings_.blind_s) {
     say(fmt::format("nothing of the platform was seen for {:.1f} s: goes up again", settings_.blind_s));
     return Event::blind;
   }
   const Miss off = miss();
-  if (off.horizontal_m > 4 * settings_.aligned_m + 0.2 * off.height_m) {
-    say(fmt::format("{:.2f} m off the target's axis: goes up again", off.horizontal_m));
+  if (off.aim_m > 4 * settings_.aligned_m + 0.2 * off.height_m) {
+    say(fmt::format("{:.2f} m off the target's axis: goes up again", off.aim_m));
     return Event::misaligned;
   }
-  if (off.height_m > settings_.clearance_m + 0.05 || off.horizontal_m > settings_.aligned_m / 2)
+  if (off.height_m > settings_.clearance_m + 0.05 || off.height_m < settings_.clearance_m / 2 ||
+      off.horizontal_m > settings_.aligned_m / 2)
     aligned_since_.reset();
   else if (!aligned_since_)
     aligned_since_ = utime_;
@@ -250,8 +255,15 @@ std::optional<Event> Carry::look_in_transit() {
 
 std::optional<Event> Carry::look_in_drop() {
   if (opens_jaws_ && hook_ && !hook_->closed) {
-    say("let go");
+    say(touch_ ? fmt::format("stands {:.2f} m off the circle's middle: let go",
+                             touch_->off_ned_m.head<2>().norm())
+               : "let go");
     return Event::released;
+  }
+  if (touch_ && !opens_jaws_ && seconds(utime_ - *light_since_) > 0.1) {
+    say(fmt::format("touched down {:.2f} m off the circle's middle: goes up a little",
+                    touch_->off_ned_m.head<2>().norm()));
+    return Event::misaligned;
   }
   if (!has_target_place() || target_age_s() > settings_.blind_s) return Event::blind;
   return std::nullopt;

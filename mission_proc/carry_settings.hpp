@@ -44,7 +44,8 @@ struct CarrySettings {
   double aligned_m = 0.15;
   double aligned_s = 1.0;  // half a period of the hook's swing
   double grab_m = 0.045;   // the hook holds well within 0.06 m: the rest is for what is not known
-  double release_m = 0.10;
+  double release_m =
+      0.10;  // twice what the swing is known to: one that is lifted again swings as nobody knows
   double oldest_s =
       1.0;  // a deck that was not seen for so long is 0.05 m/s x 1 s off, a good half of the gate
   double blind_s = 2.5;

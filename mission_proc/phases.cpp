@@ -38,6 +38,7 @@ constexpr std::array steps{
     Transition{Phase::transit, Event::late, Phase::search},
     Transition{Phase::drop, Event::released, Phase::verify_drop},
     Transition{Phase::drop, Event::cargo_gone, Phase::verify_drop},
+    Transition{Phase::drop, Event::misaligned, Phase::descend},
     Transition{Phase::drop, Event::blind, Phase::retry},
     Transition{Phase::drop, Event::late, Phase::retry},
     Transition{Phase::verify_drop, Event::placed, Phase::transit},
