@@ -195,6 +195,9 @@ double Carry::felt_height_m() const {
 /// about where it is thought to be.
 Carry::Goal Carry::over_deck(double height_m) {
   constexpr double spiral_mps = 1.5, turns_apart_m = 6;  // from 7 m the image is 10 m high
+  // a platform's own word of its height may be metres off: what is not found at once is looked for from
+  // higher, as far as circles are still seen
+  constexpr double rise_mps = 0.15, most_rise_m = 5;
   const DeckPath* course = deck(goal_platform());
   const bool seen = sees_deck();
   if (seen || !search_utime_) search_utime_ = utime_;
@@ -205,8 +208,11 @@ Carry::Goal Carry::over_deck(double height_m) {
   if (course) velocity_mps.head<2>() = course->center(utime_).velocity_mps.head<2>();
   const Eigen::Vector2d ahead(std::cos(heading_rad_), std::sin(heading_rad_));
   Eigen::Vector3d aircraft_m = place_m;
-  if (!seen)
-    aircraft_m.head<2>() += spiral_m(spiral_mps * (seconds(utime_ - *search_utime_) - 4), turns_apart_m);
+  if (!seen) {
+    const double searched_s = seconds(utime_ - *search_utime_);
+    aircraft_m.head<2>() += spiral_m(spiral_mps * (searched_s - 4), turns_apart_m);
+    height_m += std::clamp(rise_mps * (searched_s - 10), 0.0, most_rise_m);
+  }
   aircraft_m.head<2>() -= settings_.camera_forward_m * ahead;
   aircraft_m.z() = deck_level_m(place_m.z()) - height_m - settings_.camera_down_m;
   return {aircraft_m, velocity_mps, heading_rad_};
