@@ -107,7 +107,8 @@ std::vector<EllipseEdge> look_for_siblings(const Ellipse& found, const std::vect
   for (const int pixel : chains.pixels) {
     const short* g = field.gradient.ptr<short>() + 2 * static_cast<std::ptrdiff_t>(pixel);
     const auto [du, dv] = boundary(g[0], g[1]);
-    const auto u = static_cast<float>(pixel % frame.width), v = static_cast<float>(pixel / frame.width);
+    const int row = pixel / frame.width;
+    const auto u = static_cast<float>(pixel - row * frame.width), v = static_cast<float>(row);
     within.add(u + du, v + dv);  // the gradient points to the bright side
     without.add(u - du, v - dv);
   }
