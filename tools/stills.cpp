@@ -65,7 +65,8 @@ class StillMaker {
           static_cast<double>(i) * apart_m * Vector3d(std::cos(bearing), std::sin(bearing), 0);
       deck.position_ned_m.z() = -thickness_m;  // it stands on the ground, or floats with what moves it
       const double rms = is_pad ? 0 : radians(roll_pitch_rms_deg[sea]), yaw = dice_.uniform(-pi, pi);
-      deck.ned_from_local = turned(yaw, dice_.normal(rms), dice_.normal(rms));
+      const double roll = dice_.normal(rms), pitch = dice_.normal(rms);
+      deck.ned_from_local = turned(yaw, pitch, roll);
       if (afloat && !is_pad) deck.position_ned_m.z() += dice_.normal(heave_rms_m[sea]) * 0.5 - 0.1;
       const double speed = moves ? dice_.uniform(0, 1.5) : 0;
       deck.velocity_ned_mps = speed * Vector3d(std::cos(yaw), std::sin(yaw), 0);
@@ -102,8 +103,8 @@ class StillMaker {
     } else if (kind < 0.55) {  // descent over a circle
       over_m_ = slot + outwards * dice_.uniform(0, 0.3);
     } else {  // somewhere over the platform
-      over_m_ = Vector2d(dice_.uniform(-1, 1) * (half.x() + view_m / 3),
-                         dice_.uniform(-1, 1) * (half.y() + view_m / 3));
+      const double y = dice_.uniform(-1, 1), x = dice_.uniform(-1, 1);
+      over_m_ = Vector2d(x * (half.x() + view_m / 3), y * (half.y() + view_m / 3));
     }
   }
 
@@ -122,19 +123,22 @@ class StillMaker {
     const bool swinging = dice_.chance(0.12);  // a gust that the gimbal has not caught up with
     const double off_level = radians(swinging ? dice_.uniform(1.5, 3.5) : 0.5);
     const double yaw = dice_.uniform(-pi, pi);
-    const Quaterniond level = turned(yaw, dice_.normal(off_level), dice_.normal(off_level));
+    const double roll = dice_.normal(off_level), pitch = dice_.normal(off_level);
+    const Quaterniond level = turned(yaw, pitch, roll);
     Eigen::Matrix3d platform_from_camera;  // x right, y backward, z down
     platform_from_camera << 0, -1, 0, 1, 0, 0, 0, 0, 1;
     eye.rigid.ned_from_local = level * Quaterniond(platform_from_camera);
     const double brisk = dice_.chance(0.15) ? 2 : 0.7;  // on the way from platform to platform, or hovering
-    eye.rigid.velocity_ned_mps =
-        deck.velocity_ned_mps + Vector3d(dice_.normal(brisk), dice_.normal(brisk), dice_.normal(0.3));
+    const double down_mps = dice_.normal(0.3), east_mps = dice_.normal(brisk),
+                 north_mps = dice_.normal(brisk);
+    eye.rigid.velocity_ned_mps = deck.velocity_ned_mps + Vector3d(north_mps, east_mps, down_mps);
     eye.rigid.angular_velocity_ned_radps = {dice_.normal(0.15), dice_.normal(0.15), dice_.normal(0.2)};
     eye.gain = static_cast<float>(1.15 * std::exp(dice_.normal(0.2)));  // the exposure is never quite right
     eye.noise_seed = dice_.next();
     world::AircraftShadow& aircraft = still_.scene.aircraft;
     aircraft.body = eye.rigid;
-    aircraft.body.ned_from_local = turned(yaw, dice_.normal(radians(4)), dice_.normal(radians(4)));
+    const double bank = dice_.normal(radians(4)), nose = dice_.normal(radians(4));
+    aircraft.body.ned_from_local = turned(yaw, nose, bank);
     const Vector3d camera_body_m(0.8, 0, 0.25);
     aircraft.body.position_ned_m = eye.rigid.position_ned_m - aircraft.body.ned_from_local * camera_body_m;
   }

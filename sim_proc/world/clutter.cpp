@@ -70,7 +70,8 @@ Strand draw_lying_rope(const Vector2d& half_size_m, Dice& dice) {
   rope.radius_m = dice.uniform(0.004, 0.011);
   const auto pale = static_cast<float>(dice.uniform(0.15, 0.6));
   rope.surface = make_surface({pale, 0.93F * pale, 0.8F * pale}, 0.2, 0, dice);
-  Vector2d at(dice.uniform(-1, 1) * half_size_m.x(), dice.uniform(-1, 1) * half_size_m.y());
+  const double y = dice.uniform(-1, 1), x = dice.uniform(-1, 1);
+  Vector2d at(x * half_size_m.x(), y * half_size_m.y());
   double heading = dice.uniform(-pi, pi), bend = 0;
   constexpr double step_m = 0.06;
   for (int i = dice.whole(15, 55); i > 0; --i) {

@@ -63,7 +63,8 @@ class SignPainter {
     const Surface paint = other_paint();
     const Vector2d half = plan_.half_size_m;
     for (int i = dice_.whole(1, 3); i > 0; --i) {
-      const Vector2d from(dice_.uniform(-half.x(), half.x()), dice_.uniform(-half.y(), half.y()));
+      const double y = dice_.uniform(-half.y(), half.y()), x = dice_.uniform(-half.x(), half.x());
+      const Vector2d from(x, y);
       const double angle = dice_.chance(0.6) ? dice_.whole(0, 3) * pi / 4 : dice_.uniform(0, pi);
       const Vector2d way(std::cos(angle), std::sin(angle));
       marks_.push_back(bar(from - way * 3, from + way * 3, dice_.uniform(0.03, 0.1), paint));
@@ -91,9 +92,10 @@ class SignPainter {
       const Surface paint = inside_paint();
       if (kind == 0) letter(center, dice_.uniform(0.3, 0.5), paint);
       if (kind == 1) cross(center, dice_.uniform(0.2, 0.4), paint);
-      if (kind == 2)
-        marks_.push_back(
-            round(Shape::ring, center, dice_.uniform(0.12, 0.3), dice_.uniform(0.03, 0.08), paint));
+      if (kind == 2) {
+        const double width_m = dice_.uniform(0.03, 0.08), radius_m = dice_.uniform(0.12, 0.3);
+        marks_.push_back(round(Shape::ring, center, radius_m, width_m, paint));
+      }
     }
   }
 
@@ -116,7 +118,9 @@ class SignPainter {
 
  private:
   Surface other_paint() {
-    return make_surface(draw_mark_colour(ground_.colour, dice_), 0.1, dice_.uniform(0, 0.35), dice_);
+    const double wear = dice_.uniform(0, 0.35);
+    const auto colour = draw_mark_colour(ground_.colour, dice_);
+    return make_surface(colour, 0.1, wear, dice_);
   }
   Surface inside_paint() {
     for (const Mark& mark : marks_)
@@ -222,7 +226,8 @@ std::optional<Vector2d> draw_free_place(const Plan& plan, double circle_radius_m
   constexpr int most_draws = 30;
   constexpr double gap_m = 0.03;
   for (int i = 0; i < most_draws; ++i) {
-    const Vector2d at(dice.uniform(-1, 1) * plan.half_size_m.x(), dice.uniform(-1, 1) * plan.half_size_m.y());
+    const double y = dice.uniform(-1, 1), x = dice.uniform(-1, 1);
+    const Vector2d at(x * plan.half_size_m.x(), y * plan.half_size_m.y());
     bool is_free = true;
     for (const Vector2d& slot : plan.slots_deck_m)
       is_free = is_free && (at - slot).norm() > circle_radius_m + radius_m + gap_m;

@@ -43,7 +43,8 @@ void draw_line(Formation& formation, Dice& dice) {
   if (formation.manner == Manner::straight) {
     formation.speed = to_and_fro(dice.uniform(0.8, 1.35), 16);
   } else {
-    formation.speed = by_stages(dice.uniform(0.7, 1.2), dice.uniform(8, 20));
+    const double stand_s = dice.uniform(8, 20), speed_mps = dice.uniform(0.7, 1.2);
+    formation.speed = by_stages(speed_mps, stand_s);
   }
 }
 

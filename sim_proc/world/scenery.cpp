@@ -43,25 +43,27 @@ Light draw_light(Dice& dice) {
   return light;
 }
 
+/// Lighter or darker by a factor, rougher or smoother, from lowest to highest.
+Surface draw_ground(const Vector3f& colour, double darkest, double lightest, double smoothest,
+                    double roughest, Dice& dice) {
+  const double grain = dice.uniform(smoothest, roughest);
+  const auto lightness = static_cast<float>(dice.uniform(darkest, lightest));
+  return make_surface(colour * lightness, grain, 0, dice);
+}
+
 Surroundings draw_surroundings(bool easy, Dice& dice) {
   using Kind = Surroundings::Kind;
   Surroundings around;
   around.kind = static_cast<Kind>(dice.whole(0, 2));
   switch (around.kind) {
     case Kind::tarmac:
-      around.surface =
-          make_surface(Vector3f(0.11F, 0.11F, 0.115F) * static_cast<float>(dice.uniform(0.7, 1.8)),
-                       dice.uniform(0.15, 0.35), 0, dice);
+      around.surface = draw_ground(Vector3f(0.11F, 0.11F, 0.115F), 0.7, 1.8, 0.15, 0.35, dice);
       break;
     case Kind::grass:
-      around.surface =
-          make_surface(Vector3f(0.07F, 0.12F, 0.03F) * static_cast<float>(dice.uniform(0.8, 1.4)),
-                       dice.uniform(0.25, 0.45), 0, dice);
+      around.surface = draw_ground(Vector3f(0.07F, 0.12F, 0.03F), 0.8, 1.4, 0.25, 0.45, dice);
       break;
     case Kind::water:
-      around.surface =
-          make_surface(Vector3f(0.02F, 0.06F, 0.07F) * static_cast<float>(dice.uniform(0.6, 1.4)),
-                       dice.uniform(0.15, 0.45), 0, dice);
+      around.surface = draw_ground(Vector3f(0.02F, 0.06F, 0.07F), 0.6, 1.4, 0.15, 0.45, dice);
       break;
   }
   around.wave_phase_s = dice.uniform(0, 100);
@@ -77,7 +79,9 @@ Deck draw_platform(const Plan& plan, double circle_radius_m, bool easy, Dice& di
   Deck deck;
   deck.half_size_m = plan.half_size_m;
   deck.thickness_m = dice.uniform(0.25, 0.6);
-  deck.ground = make_surface(draw_deck_colour(dice), easy ? 0.05 : dice.uniform(0.06, 0.22), 0, dice);
+  const double grain = easy ? 0.05 : dice.uniform(0.06, 0.22);
+  const auto colour = draw_deck_colour(dice);
+  deck.ground = make_surface(colour, grain, 0, dice);
   if (!easy && dice.chance(0.3)) deck.ground.gloss = static_cast<float>(dice.uniform(0.05, 0.3));  // wet
   deck.marks = draw_marks(plan, circle_radius_m, deck.ground, !easy, dice);
   if (easy)

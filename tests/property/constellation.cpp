@@ -107,9 +107,8 @@ class Film {
     }
   }
 
-  int kept = 0;           ///< sightings of a mark that was seen less than two seconds before ...
-  bool switched = false;  ///< an id was another mark's
-  int renewed = 0;        ///< ... and has another id now: where nothing tells which one it is, that is right
+  int kept = 0;     ///< sightings of a mark that was seen less than two seconds before ...
+  int renewed = 0;  ///< ... and has another id now: where nothing tells which one it is, that is right
 
   [[nodiscard]] const Eigen::Vector2d& camera_px() const { return camera_.place_px; }
 
@@ -124,7 +123,8 @@ class Film {
       mark_of.push_back(static_cast<int>(i));
     }
     // upon a mark that is missed nothing could tell a false ellipse from it
-    const Eigen::Vector2d false_one(between(random_, 0, kWidth_px), between(random_, 0, kHeight_px));
+    const double false_v = between(random_, 0, kHeight_px), false_u = between(random_, 0, kWidth_px);
+    const Eigen::Vector2d false_one(false_u, false_v);
     const bool is_upon_mark =
         std::any_of(marks_.places_px.begin(), marks_.places_px.end(), [&](const Eigen::Vector2d& place) {
           return (place + camera_.place_px - false_one).norm() < 2 * marks_.radius_px;
@@ -144,9 +144,9 @@ class Film {
       if (track.detection_index < 0) continue;
       const int mark = mark_of[static_cast<std::size_t>(track.detection_index)];
       if (mark < 0) continue;
-      const auto owner = mark_of_id_.emplace(track.id, mark).first;
-      switched = switched || owner->second != mark;
-      owner->second = mark;
+      INFO("mark " << mark << " at " << time_s_ << " s");
+      const auto owner = mark_of_id_.emplace(track.id, mark);
+      REQUIRE(owner.first->second == mark);  // an id is never another mark's
       const auto last = last_seen_.find(mark);
       if (last != last_seen_.end() && time_s_ - last->second.time_s < 1.9) {
         ++kept;
@@ -172,20 +172,17 @@ class Film {
 
 constexpr unsigned kFilms = 60;
 
-/// Over all films: the share of renewed ids, and how many had an id that went from mark to mark.
+/// The share of renewed ids over all films.
 class Renewals {
  public:
   void add(const Film& film) {
     kept_ += film.kept;
     renewed_ += film.renewed;
-    switched_ += film.switched;
   }
   [[nodiscard]] double share() const { return renewed_ / kept_; }
-  [[nodiscard]] int switched() const { return switched_; }
 
  private:
   double kept_ = 0, renewed_ = 0;
-  int switched_ = 0;
 };
 
 }  // namespace
@@ -199,7 +196,6 @@ TEST_CASE("identical marks: no id switches with drop-outs and false detections u
     renewals.add(film);
   }
   CHECK(renewals.share() <= 0);
-  CHECK(renewals.switched() == 0);
 }
 
 TEST_CASE("identical marks: a picture that jumps by many radii takes all ids along") {
@@ -212,8 +208,6 @@ TEST_CASE("identical marks: a picture that jumps by many radii takes all ids alo
     renewals.add(film);
   }
   CHECK(renewals.share() <= 2e-3);
-  // 600 jumps: where the outer marks are missed in the same frame, a step of the grid fits as well
-  CHECK(renewals.switched() <= 2);
 }
 
 TEST_CASE(
@@ -232,7 +226,6 @@ TEST_CASE(
     renewals.add(film);
   }
   CHECK(renewals.share() <= 1e-3);
-  CHECK(renewals.switched() <= 2);  // in what is left of a grid under cover a step of it may fit as well
 }
 
 TEST_CASE(
@@ -247,7 +240,6 @@ TEST_CASE(
     renewals.add(film);
   }
   CHECK(renewals.share() <= 1e-3);
-  CHECK(renewals.switched() == 0);
 }
 
 TEST_CASE("predicted places: the covariance is honest, and grows") {

@@ -127,8 +127,7 @@ bool drop(World& world, Crane& crane, int index) {
 
 }  // namespace
 
-TEST_CASE("a crane that knows the truth moves the buckets in sea states 0 to 3") {
-  int moved_in_all = 0;
+TEST_CASE("a crane that knows the truth moves all four buckets in sea states 0 to 3") {
   for (int sea_state = 0; sea_state <= 3; ++sea_state) {
     WorldSettings settings;
     settings.seed = 40 + static_cast<std::uint64_t>(sea_state);
@@ -139,6 +138,7 @@ TEST_CASE("a crane that knows the truth moves the buckets in sea states 0 to 3")
     world.command({{0, 0, -1}, 0});
     for (int i = 0; i < 1200; ++i) world.step();
     for (int index = 0; index < 4; ++index) {
+      INFO("sea state " << sea_state << ", bucket " << index << ", at " << world.time_s() << " s");
       bool moved = false;
       for (int attempt = 0; attempt < 4 && !moved;
            ++attempt) {  // a deck may heave away from the closing jaws
@@ -146,10 +146,7 @@ TEST_CASE("a crane that knows the truth moves the buckets in sea states 0 to 3")
         if (cargo.platform < 0 || cargo.tipped) break;
         moved = load(world, crane, index) && drop(world, crane, index);
       }
-      moved_in_all += moved;
-      if (!moved)
-        WARN("left: sea state " << sea_state << ", bucket " << index << ", at " << world.time_s() << " s");
+      CHECK(moved);
     }
   }
-  CHECK(moved_in_all >= 15);  // of 16: one may be knocked over by the hook
 }

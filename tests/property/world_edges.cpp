@@ -185,7 +185,9 @@ TEST_CASE("a bucket's rim lies on its outline") {
   int outlines = 0;
   double worst_mean_px = 0;
   for (int i = 0; i < 60; ++i) {
-    Scene scene = scene_of(painted(Mark::Shape::disc, dice), Distortion::none, dice.uniform(1.2, 2.5), dice);
+    const double height_m = dice.uniform(1.2, 2.5);
+    const Mark disc = painted(Mark::Shape::disc, dice);
+    Scene scene = scene_of(disc, Distortion::none, height_m, dice);
     scene.decks[0].marks.clear();
     scene.light.sun = {1, 1, 1};  // from right above: no shadows, and no sky to be hidden at its foot
     scene.light.sky = {0, 0, 0};
@@ -202,7 +204,9 @@ TEST_CASE("a bucket's rim lies on its outline") {
     scene.buckets = {bucket};
     // no farther aside than the wall leans: the rim is the outermost there is to see all around
     const double aside = 0.06 * scene.decks[0].rigid.to_local(scene.eye.rigid.position_ned_m).z();
-    const Vector3d over(dice.uniform(-aside, aside), dice.uniform(-aside, aside), -dice.uniform(1.2, 2.5));
+    const double up = dice.uniform(1.2, 2.5), y = dice.uniform(-aside, aside),
+                 x = dice.uniform(-aside, aside);
+    const Vector3d over(x, y, -up);
     scene.eye.rigid.position_ned_m = bucket.rigid.to_ned(over);
     const Vector3d axis = bucket.rigid.ned_from_local * -Vector3d::UnitZ();
     const auto outline =

@@ -69,8 +69,8 @@ inline View true_view(const Board& board, const CameraModel& camera, const Board
     const cv::Point3f p = board.point_m(id);
     const Eigen::Vector2d px = board_pixel(camera, pose, {p.x, p.y, 0});
     view.ids.push_back(id);
-    view.corners_px.emplace_back(static_cast<float>(px.x() + noise_px * noise(dice)),
-                                 static_cast<float>(px.y() + noise_px * noise(dice)));
+    const double dv = noise_px * noise(dice), du = noise_px * noise(dice);
+    view.corners_px.emplace_back(static_cast<float>(px.x() + du), static_cast<float>(px.y() + dv));
   }
   return view;
 }
@@ -99,7 +99,8 @@ inline std::vector<BoardPose> good_poses(const Board& board, const CameraModel& 
         if (round == 2 && (x == 0 || y == 0)) continue;
         Eigen::Vector3d tilt(round ? -25 : 25, round == (x + y) % 2 ? 25 : -25, 0);
         if (round == 2) tilt.setZero();
-        tilt += Eigen::Vector3d(8 * any(dice), 8 * any(dice), (round == 2 ? 4 : 15) * any(dice));
+        const double z = any(dice), y_more = any(dice), x_more = any(dice);
+        tilt += Eigen::Vector3d(8 * x_more, 8 * y_more, (round == 2 ? 4 : 15) * z);
         const double distance_m = w * (0.85 + 0.25 * any(dice));
         std::optional<BoardPose> last;
         Eigen::Vector2d out(0, 0);

@@ -395,7 +395,8 @@ class PlatformWorld {
   CircleSighting false_circle(double height_m) {
     const double z_m = height_m * uniform(random_, 0.5, 1.5);
     SeenCircle seen;
-    seen.center_camera_m = z_m * Eigen::Vector3d(uniform(random_, -0.9, 0.9), uniform(random_, -0.7, 0.7), 1);
+    const double down = uniform(random_, -0.7, 0.7), right = uniform(random_, -0.9, 0.9);
+    seen.center_camera_m = z_m * Eigen::Vector3d(right, down, 1);
     seen.covariance_m2 = Eigen::Matrix3d::Identity() * 1e-4;
     seen.normal_camera = (Eigen::Vector3d(0, 0, -1) + gauss3(random_, 0.1)).normalized();
     seen.normal_variance_rad2 = 1e-3;

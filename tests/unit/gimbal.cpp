@@ -126,7 +126,8 @@ TEST_CASE("noise of the attitude does not shake the camera") {
   double squares = 0;
   constexpr int steps = 2000;
   for (int i = 0; i < steps; ++i) {
-    const auto seen = attitude(noise(random), noise(random), 0);
+    const double pitch_rad = noise(random), roll_rad = noise(random);
+    const auto seen = attitude(roll_rad, pitch_rad, 0);
     const GimbalAngles command = gimbal.follow({i * period_s, seen, Vector3d::Zero()}).command;
     if (i >= 100) squares += command.roll_rad * command.roll_rad;
   }

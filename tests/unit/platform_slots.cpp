@@ -69,9 +69,11 @@ TEST_CASE("a layout is found among other circles, turned, in any order") {
     const bool square = i % 2 == 0;
     const SlotLayout layout = square ? square_layout(1.6) : row_layout(1.3);
     const double heading_rad = angle(random);
-    const Eigen::Vector3d center_m(place(random), place(random), -0.8);
+    const double east_m = place(random), north_m = place(random);
+    const Eigen::Vector3d center_m(north_m, east_m, -0.8);
     Circles circles_m = circles_of(layout, center_m, heading_rad);
-    for (Eigen::Vector3d& c : circles_m) c += Eigen::Vector3d(noise(random), noise(random), noise(random));
+    for (Eigen::Vector3d& c : circles_m)
+      for (const Eigen::Index axis : {2, 1, 0}) c[axis] += noise(random);
     circles_m.emplace_back(center_m + Eigen::Vector3d(4, 1.5, 0));
     std::shuffle(circles_m.begin(), circles_m.end(), random);
     for (const bool scalable : {false, true}) {
