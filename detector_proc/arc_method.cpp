@@ -251,13 +251,15 @@ void ArcMethod::add_colour_edges(const cv::Mat& bgr, const DetectorSettings& set
 void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colour,
                              std::vector<EllipseEdge>& edges) {
   std::vector<Ellipse> known;
-  for (const MarkEdges& mark : marks) known.push_back(mark.outer.ellipse);
+  std::vector<Ellipse> reduced;  // as they are in the colour planes
+  for (const MarkEdges& mark : marks) {
+    known.push_back(mark.outer.ellipse);
+    reduced.push_back(lessened(mark.outer.ellipse, ColourPlanes::reduction));
+  }
   for (const Ellipse& shape : shapes_of(marks)) {
     for (EllipseEdge& edge : look_for_siblings(shape, known, light_.field, light_.chains, *light_.search))
       edges.push_back(std::move(edge));
     if (!with_colour) continue;
-    std::vector<Ellipse> reduced;
-    for (const Ellipse& e : known) reduced.push_back(lessened(e, ColourPlanes::reduction));
     for (std::size_t k = 0; k < colour_.size(); ++k) {
       const Plane& plane = colour_[k];
       for (EllipseEdge& edge : look_for_siblings(lessened(shape, ColourPlanes::reduction), reduced,
@@ -273,9 +275,10 @@ EllipseEdge ArcMethod::at_full_size(EllipseEdge edge, const cv::Mat& bgr, const 
   const cv::Rect box = neighbourhood(edge.ellipse, bgr.size());
   if (box.width < 16 || box.height < 16) return edge;
   close_colours_.compute(bgr(box), 1);
-  compute_gradient(close_colours_.planes[edge.weights == ColourPlanes::weights[0] ? 0 : 1], close_field_);
+  const std::size_t plane = edge.weights == ColourPlanes::weights[0] ? 0 : 1;
+  compute_gradient(close_colours_.planes[plane], close_field_);
   // the same edge is at least a third as strong everywhere
-  const int threshold = std::max(colour_[0].thresholds.follow, cvRound(edge.support.strength / 3));
+  const int threshold = std::max(colour_[plane].thresholds.follow, cvRound(edge.support.strength / 3));
   const EllipseSearch search(close_field_, {threshold, threshold}, fit_frame(box.size()), settings);
   std::optional<EllipseEdge> best;
   for (const double scale : {1.0, 0.93, 0.87, 0.81}) {
