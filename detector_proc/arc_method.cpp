@@ -10,7 +10,6 @@
 #include "detector_proc/mark_meaning.hpp"
 #include "detector_proc/rim_search.hpp"
 #include "detector_proc/ring_search.hpp"
-#include "detector_proc/sibling_search.hpp"
 #include "detector_proc/subpixel_fit.hpp"
 
 namespace stevedore {
@@ -167,15 +166,20 @@ RimRadii rim_radii(const Ellipse& circle, const DetectorSettings& settings, doub
   return {0.94 * radius, 1.06 * radius, true};
 }
 
-/// Circles whose rims are large enough to be told from letters are searched for one. What was taken for a rim
-/// in them, and is not, has no meaning.
-void add_rims(const cv::Mat& image, const DetectorSettings& settings, double focal_px,
+/// Circles whose rims are large enough to be told from letters are searched for one, but for those that have
+/// nothing in them at all. What was taken for a rim in them, and is not, has no meaning.
+template <class NothingIn>
+void add_rims(const cv::Mat& image, const DetectorSettings& settings, double focal_px, NothingIn nothing_in,
               std::vector<Detection>& found) {
   constexpr double least_semi_minor_px = 15;  // a rim of 5 px
   const std::size_t count = found.size();
   for (std::size_t i = 0; i < count; ++i) {
     const Ellipse circle = found[i].outer.ellipse;
     if (found[i].label != Label::circle || circle.b_px < least_semi_minor_px) continue;
+    if (nothing_in(found[i])) {
+      found[i].occupied = false;
+      continue;
+    }
     const RimRadii radii = rim_radii(circle, settings, focal_px);
     const RimSearch search = look_for_rim(image, circle, found[i].inner, radii);
     found[i].occupied = search.occupied;
@@ -204,6 +208,11 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
   std::stable_sort(found.begin(), found.end(), [](const Detection& a, const Detection& b) {
     return a.outer.ellipse.a_px * a.outer.ellipse.b_px > b.outer.ellipse.a_px * b.outer.ellipse.b_px;
   });
+}
+
+/// And enough pixels for the colour planes' reduction.
+bool has_colour(const cv::Mat& image) {
+  return image.channels() == 3 && image.cols > 1 && image.rows > 1;
 }
 
 /// Of the marks that are seen well, one of each size. What stands within another mark has no siblings.
@@ -239,6 +248,15 @@ std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
   return edges;
 }
 
+void ArcMethod::Plane::find_directions() {
+  stevedore::find_directions(field, chains, directions);
+}
+
+std::vector<EllipseEdge> ArcMethod::Plane::siblings_of(const Ellipse& shape,
+                                                       const std::vector<Ellipse>& known) const {
+  return look_for_siblings(shape, known, field.magnitude.size(), directions, *search);
+}
+
 void ArcMethod::add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
                                  std::vector<EllipseEdge>& edges) {
   colours_.compute(bgr);
@@ -246,6 +264,15 @@ void ArcMethod::add_colour_edges(const cv::Mat& bgr, const DetectorSettings& set
     for (EllipseEdge& edge : colour_[k].find_edges(colours_.planes[k], settings))
       edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
   }
+}
+
+std::vector<EllipseEdge> ArcMethod::find_edges(const cv::Mat& working, bool with_colour,
+                                               const DetectorSettings& settings) {
+  std::vector<EllipseEdge> edges = light_.find_edges(working, settings);
+  if (with_colour) add_colour_edges(working, settings, edges);
+  edges = settle_owners(std::move(edges));
+  for (EllipseEdge& edge : edges) edge = at_full_size(std::move(edge), working, settings);
+  return edges;
 }
 
 void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colour,
@@ -256,14 +283,16 @@ void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colo
     known.push_back(mark.outer.ellipse);
     reduced.push_back(lessened(mark.outer.ellipse, ColourPlanes::reduction));
   }
-  for (const Ellipse& shape : shapes_of(marks)) {
-    for (EllipseEdge& edge : look_for_siblings(shape, known, light_.field, light_.chains, *light_.search))
-      edges.push_back(std::move(edge));
+  const std::vector<Ellipse> shapes = shapes_of(marks);
+  if (shapes.empty()) return;
+  light_.find_directions();
+  if (with_colour)
+    for (Plane& plane : colour_) plane.find_directions();
+  for (const Ellipse& shape : shapes) {
+    for (EllipseEdge& edge : light_.siblings_of(shape, known)) edges.push_back(std::move(edge));
     if (!with_colour) continue;
     for (std::size_t k = 0; k < colour_.size(); ++k) {
-      const Plane& plane = colour_[k];
-      for (EllipseEdge& edge : look_for_siblings(lessened(shape, ColourPlanes::reduction), reduced,
-                                                 plane.field, plane.chains, *plane.search))
+      for (EllipseEdge& edge : colour_[k].siblings_of(lessened(shape, ColourPlanes::reduction), reduced))
         edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
     }
   }
@@ -274,7 +303,7 @@ EllipseEdge ArcMethod::at_full_size(EllipseEdge edge, const cv::Mat& bgr, const 
   if (edge.reduction == 1 || edge.ellipse.b_px > largest_px) return edge;
   const cv::Rect box = neighbourhood(edge.ellipse, bgr.size());
   if (box.width < 16 || box.height < 16) return edge;
-  close_colours_.compute(bgr(box), 1);
+  close_colours_.compute_full_size(bgr(box));
   const std::size_t plane = edge.weights == ColourPlanes::weights[0] ? 0 : 1;
   compute_gradient(close_colours_.planes[plane], close_field_);
   // the same edge is at least a third as strong everywhere
@@ -298,35 +327,17 @@ EllipseEdge ArcMethod::at_full_size(EllipseEdge edge, const cv::Mat& bgr, const 
   return *best;
 }
 
-std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
-                                         const Optics& optics) {
-  return detect_reduced(image, reduction_of(image.size(), settings.working_size_px), Colour::used, settings,
-                        optics);
+cv::Mat ArcMethod::reduced(const cv::Mat& image, int reduction) {
+  const cv::Size size = image.size() / reduction;
+  if (reduction == 1 || size.empty()) return image;
+  // what is left over at the right and lower border makes no whole pixel
+  cv::resize(image(cv::Rect({0, 0}, size * reduction)), small_, size, 0, 0, cv::INTER_AREA);
+  return small_;
 }
 
-std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduction, Colour colour,
-                                                 const DetectorSettings& settings, const Optics& optics) {
-  const cv::Size size = image.size() / reduction;
-  if (size.empty()) return {};
-  if (reduction > 1) {
-    // what is left over at the right and lower border makes no whole pixel
-    cv::resize(image(cv::Rect({0, 0}, size * reduction)), small_, size, 0, 0, cv::INTER_AREA);
-  }
-  const cv::Mat& working = reduction > 1 ? small_ : image;
-  std::vector<EllipseEdge> edges = light_.find_edges(working, settings);
-  const bool has_colour = image.channels() == 3 && size.width > 1 && size.height > 1;
-  const bool with_colour = colour == Colour::used && has_colour;
-  if (with_colour) add_colour_edges(working, settings, edges);
-  edges = settle_owners(std::move(edges));
-  if (with_colour)
-    for (EllipseEdge& edge : edges) edge = at_full_size(std::move(edge), working, settings);
-  std::vector<MarkEdges> marks = group_rings(edges, settings.min_ring_ratio);
-  const std::size_t count = edges.size();
-  add_siblings(marks, with_colour, edges);
-  if (with_colour)
-    for (std::size_t k = count; k < edges.size(); ++k)
-      edges[k] = at_full_size(std::move(edges[k]), working, settings);
-  if (edges.size() > count) marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
+std::vector<Detection> ArcMethod::detections_of(const std::vector<MarkEdges>& marks, const cv::Mat& image,
+                                                int reduction, const DetectorSettings& settings,
+                                                const Optics& optics) const {
   const std::vector<MarkMeaning> meanings = find_meanings(marks, light_.field, light_.thresholds);
   const LightImage light(image, optics.light);
   std::vector<Detection> found;
@@ -336,7 +347,31 @@ std::vector<Detection> ArcMethod::detect_reduced(const cv::Mat& image, int reduc
     d.occupied = meanings[k].occupied;
     found.push_back(std::move(d));
   }
-  add_rims(image, settings, optics.focal_px_of(image), found);
+  return found;
+}
+
+std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSettings& settings,
+                                         const Optics& optics) {
+  if (image.empty()) return {};
+  const int reduction = reduction_of(image.size(), settings.working_size_px);
+  const cv::Mat working = reduced(image, reduction);
+  const bool with_colour = has_colour(working);
+  std::vector<EllipseEdge> edges = find_edges(working, with_colour, settings);
+  std::vector<MarkEdges> marks = group_rings(edges, settings.min_ring_ratio);
+  const std::size_t count = edges.size();
+  add_siblings(marks, with_colour, edges);
+  for (std::size_t k = count; k < edges.size(); ++k)
+    edges[k] = at_full_size(std::move(edges[k]), working, settings);
+  if (edges.size() > count) marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
+  std::vector<Detection> found = detections_of(marks, image, reduction, settings, optics);
+  const auto nothing_in = [&](const Detection& circle) {
+    const Ellipse e = lessened(circle.inner ? circle.inner->ellipse : circle.outer.ellipse, reduction);
+    return nothing_inside(e, light_.field) &&
+           (!with_colour || std::all_of(colour_.begin(), colour_.end(), [&](const Plane& plane) {
+             return nothing_inside(lessened(e, ColourPlanes::reduction), plane.field);
+           }));
+  };
+  add_rims(image, settings, optics.focal_px_of(image), nothing_in, found);
   return found;
 }
 
@@ -346,9 +381,13 @@ std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::R
   // the size at which an ellipse is found with the fewest pixels
   const int least_semi_minor_px = colour == Colour::used ? 14 * ColourPlanes::reduction : 14;
   const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
+  const cv::Mat working = reduced(image(region), reduction);
+  std::vector<EllipseEdge> edges =
+      find_edges(working, colour == Colour::used && has_colour(working), settings);
   std::optional<Detection> nearest;
   double least = most_mismatch;
-  for (Detection& d : detect_reduced(image(region), reduction, colour, settings, optics)) {
+  for (Detection& d : detections_of(group_rings(std::move(edges), settings.min_ring_ratio), image(region),
+                                    reduction, settings, optics)) {
     for (EllipseFit* fit : {&d.outer, d.inner ? &*d.inner : nullptr}) {
       if (!fit) continue;
       fit->ellipse.u_px += region.x;

@@ -15,6 +15,7 @@
 #include "detector_proc/gradient_field.hpp"
 #include "detector_proc/mark_grouping.hpp"
 #include "detector_proc/optics.hpp"
+#include "detector_proc/sibling_search.hpp"
 #include "geometry/detection.hpp"
 
 namespace stevedore {
@@ -25,7 +26,8 @@ class ArcMethod {
   std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings, const Optics& optics);
 
   /// The mark nearest to an expected ellipse, looked for in its neighbourhood only: the same method at the
-  /// size at which the mark is small. Nothing within half a semi-axis and a fifth of size: not there.
+  /// size at which the mark is small. Nothing within half a semi-axis and a fifth of size: not there. Whether
+  /// a circle is occupied is told where nothing in it has an edge; a rim is looked for in whole frames only.
   std::optional<Detection> detect_near(const cv::Mat& image, const Ellipse& expected,
                                        const DetectorSettings& settings, const Optics& optics);
 
@@ -41,12 +43,24 @@ class ArcMethod {
     ArcSplitter splitter;
     Arcs arcs;
     std::optional<EllipseSearch> search;
+    EdgeDirections directions;
 
     std::vector<EllipseEdge> find_edges(const cv::Mat& image, const DetectorSettings& settings);
+    void find_directions();
+    /// Marks of this shape beyond those known.
+    [[nodiscard]] std::vector<EllipseEdge> siblings_of(const Ellipse& shape,
+                                                       const std::vector<Ellipse>& known) const;
   };
 
-  std::vector<Detection> detect_reduced(const cv::Mat& image, int reduction, Colour colour,
-                                        const DetectorSettings& settings, const Optics& optics);
+  /// In memory of this object's, or of the image itself where it is not reduced.
+  cv::Mat reduced(const cv::Mat& image, int reduction);
+  [[nodiscard]] std::vector<Detection> detections_of(const std::vector<MarkEdges>& marks,
+                                                     const cv::Mat& image, int reduction,
+                                                     const DetectorSettings& settings,
+                                                     const Optics& optics) const;
+  /// Each of one ellipse, in the light and, with colour, in the colour planes.
+  std::vector<EllipseEdge> find_edges(const cv::Mat& working, bool with_colour,
+                                      const DetectorSettings& settings);
   void add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
                         std::vector<EllipseEdge>& edges);
   std::optional<Detection> nearest_in(const cv::Mat& image, const cv::Rect& region, const Ellipse& expected,

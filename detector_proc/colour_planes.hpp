@@ -16,11 +16,13 @@ struct ColourPlanes {
   /// The planes' weights of blue, green and red.
   static constexpr std::array<LightWeights, 2> weights{LightWeights{0, -0.5F, 0.5F},
                                                        LightWeights{0.5F, -0.25F, -0.25F}};
-  cv::Mat reduced;                ///< BGR
   std::array<cv::Mat, 2> planes;  ///< CV_8UC1
 
   /// Fills them in from a bgr8 image; memory is used again where the size is the same.
-  void compute(const cv::Mat& bgr, int by = reduction);
+  void compute(const cv::Mat& bgr);
+
+  /// The same without the reduction: for a neighbourhood that is looked at closely.
+  void compute_full_size(const cv::Mat& bgr);
 };
 
 }  // namespace stevedore

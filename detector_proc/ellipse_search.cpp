@@ -199,13 +199,16 @@ std::optional<EllipseEdge> EllipseSearch::settle_like(const Ellipse& guess, Brig
   const double min_log_odds = settings_.min_log_odds - known_shape_log_odds;
   const ShapePrior prior{guess};
   Ellipse e = guess;
-  for (const double share : {0.15, 0.08, 0.05}) {
-    EdgeSupport support = look_along(field_, e, bright, std::clamp(share * e.b_px, 2.0, 8.0),
-                                     thresholds_.follow, sample_count(e));
+  for (const auto& [share, least_px, most_count, slack] :
+       {Round{0.15, 2, 24, 9}, Round{0.08, 2, 48, 4}, Round{0.05, 2, 96, 2}}) {
+    EdgeSupport support = look_along(field_, e, bright, std::clamp(share * e.b_px, least_px, 8.0),
+                                     thresholds_.follow, std::min(sample_count(e), most_count));
     if (best_log_odds(support) < min_log_odds) return std::nullopt;
     const auto better = refit(support, e, prior);
     if (!better || !plausible(*better)) return std::nullopt;
     e = *better;
+    drop_outliers(support);
+    if (log_odds(support) < min_log_odds - slack) return std::nullopt;
   }
   EllipseEdge edge{e,  bright, look_along(field_, e, bright, 1.5, thresholds_.follow, sample_count(e)), 0, 0,
                    {}, 1};

@@ -1,6 +1,7 @@
 #include "detector_proc/mark_meaning.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -48,33 +49,65 @@ bool is_rim(const MarkEdges& mark, const Ellipse& circle) {
          s.low > smallest && s.high < largest;
 }
 
-/// True: no edges well within the ellipse; false: some; nothing: too small or too far out to say.
-std::optional<bool> plain_inside(const Ellipse& e, const GradientField& field, int threshold) {
-  constexpr int grid = 24;
+/// Gradient magnitudes on a grid over what lies well within an ellipse.
+struct InsideSamples {
+  static constexpr int grid = 24;
+  std::array<ushort, std::size_t{grid} * grid> magnitudes;
+  int in_frame = 0, all = 0;  ///< the first in_frame magnitudes are of the all samples
+
+  [[nodiscard]] int above(int threshold) const {
+    return static_cast<int>(std::count_if(magnitudes.begin(), magnitudes.begin() + in_frame,
+                                          [&](ushort m) { return m > threshold; }));
+  }
+};
+
+/// Nothing: too small to say.
+std::optional<InsideSamples> sample_inside(const Ellipse& e, const GradientField& field) {
+  constexpr int grid = InsideSamples::grid;
   constexpr double margin_px = 4;  // reach of the derivative at the circle's own edge, blur and all
   const double share = 1 - margin_px / e.b_px;
   if (share < 0.4) return std::nullopt;
   const double c = std::cos(e.alpha_rad), s = std::sin(e.alpha_rad);
-  int looked_at = 0, edges = 0, all = 0;
+  InsideSamples samples;
   for (int i = 0; i < grid; ++i) {
     for (int j = 0; j < grid; ++j) {
       const double x = (2 * i + 1.0) / grid - 1, y = (2 * j + 1.0) / grid - 1;
       if (x * x + y * y > 1) continue;
-      ++all;
+      ++samples.all;
       const double along = share * e.a_px * x, across = share * e.b_px * y;
       const int u = static_cast<int>(std::floor(e.u_px + c * along - s * across + 0.5));
       const int v = static_cast<int>(std::floor(e.v_px + s * along + c * across + 0.5));
       if (u < 1 || v < 1 || u >= field.magnitude.cols - 1 || v >= field.magnitude.rows - 1) continue;
-      ++looked_at;
-      edges += field.magnitude.ptr<ushort>(v)[u] > threshold ? 1 : 0;
+      samples.magnitudes[static_cast<std::size_t>(samples.in_frame++)] = field.magnitude.ptr<ushort>(v)[u];
     }
   }
-  if (2 * looked_at < all) return std::nullopt;
-  // a rim of a quarter of the circle's size has a hundredth of the samples on its edge, noise a thousandth
-  return edges * 200 < looked_at;
+  return samples;
+}
+
+/// A rim of a quarter of the circle's size has a hundredth of the samples on its edge, noise a thousandth.
+bool so_few(int edges, const InsideSamples& samples) {
+  return edges * 200 < samples.in_frame;
+}
+
+/// True: no edges well within the ellipse; false: some; nothing: too small or too far out to say.
+std::optional<bool> plain_inside(const Ellipse& e, const GradientField& field, int threshold) {
+  const auto samples = sample_inside(e, field);
+  if (!samples || 2 * samples->in_frame < samples->all) return std::nullopt;
+  return so_few(samples->above(threshold), *samples);
 }
 
 }  // namespace
+
+bool nothing_inside(const Ellipse& e, const GradientField& field) {
+  // what is a step of two grey levels to the frame's thresholds, and more than white noise ever is
+  constexpr int faintest = 2 * GradientField::step_response;
+  constexpr double noise_medians = 3.5;
+  auto samples = sample_inside(e, field);
+  if (!samples || 4 * samples->in_frame < 3 * samples->all) return false;
+  const auto middle = samples->magnitudes.begin() + samples->in_frame / 2;
+  std::nth_element(samples->magnitudes.begin(), middle, samples->magnitudes.begin() + samples->in_frame);
+  return so_few(samples->above(std::max(faintest, static_cast<int>(noise_medians * *middle))), *samples);
+}
 
 std::vector<MarkMeaning> find_meanings(const std::vector<MarkEdges>& marks, const GradientField& field,
                                        const EdgeThresholds& thresholds) {

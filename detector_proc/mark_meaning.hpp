@@ -22,4 +22,8 @@ struct MarkMeaning {
 std::vector<MarkMeaning> find_meanings(const std::vector<MarkEdges>& marks, const GradientField& field,
                                        const EdgeThresholds& thresholds);
 
+/// Nothing stands well within the ellipse: no edge there is above the noise of its own inside. False where
+/// the ellipse is too small to say, or a quarter of it is out of view.
+bool nothing_inside(const Ellipse& e, const GradientField& field);
+
 }  // namespace stevedore

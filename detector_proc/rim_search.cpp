@@ -56,55 +56,69 @@ Patch round_patch(const cv::Mat& image, Ellipse e) {
   const cv::Matx23d m = image_from_patch(e);
   cv::warpAffine(source, patch.pixels, m, {patch_px, patch_px}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
                  cv::BORDER_REPLICATE);
-  for (int v = 0; v < patch_px; ++v) {
-    for (int u = 0; u < patch_px; ++u) {
-      const double x = m(0, 0) * u + m(0, 1) * v + m(0, 2), y = m(1, 0) * u + m(1, 1) * v + m(1, 2);
-      patch.seen(v, u) = x >= 0 && y >= 0 && x <= source.cols - 1 && y <= source.rows - 1 ? 1 : 0;
-    }
+  const auto has = [&](int v, int u) {
+    const double x = m(0, 0) * u + m(0, 1) * v + m(0, 2), y = m(1, 0) * u + m(1, 1) * v + m(1, 2);
+    return x >= 0 && y >= 0 && x <= source.cols - 1 && y <= source.rows - 1;
+  };
+  constexpr int last = patch_px - 1;
+  if (has(0, 0) && has(0, last) && has(last, 0) && has(last, last)) {
+    patch.seen.setTo(1);
+    return patch;
   }
+  for (int v = 0; v < patch_px; ++v)
+    for (int u = 0; u < patch_px; ++u) patch.seen(v, u) = has(v, u) ? 1 : 0;
   return patch;
 }
 
-/// Gradient of the channel that changes most, pixel by pixel.
+/// Gradient of the channel that changes most, pixel by pixel, in levels per pixel; 0 where nothing is seen.
 struct Edges {
-  cv::Mat_<cv::Vec2f> gradient;
-  cv::Mat_<float> magnitude;
+  cv::Mat_<float> along, down, magnitude;
   float threshold = 0;
 };
+
+/// Into what was strongest of the planes before: the larger of the two, pixel by pixel.
+void take_stronger(const short* along, const short* down, int* best_along, int* best_down, int* squares) {
+  for (int u = 1; u < patch_px - 1; ++u) {
+    const int du = along[u], dv = down[u], square = du * du + dv * dv;
+    const bool stronger = square > squares[u];
+    best_along[u] = stronger ? du : best_along[u];
+    best_down[u] = stronger ? dv : best_down[u];
+    squares[u] = stronger ? square : squares[u];
+  }
+}
+
+/// To a sixteenth, of every second pixel of every second row.
+float median_of(const cv::Mat_<float>& levels) {
+  std::array<int, 4096> histogram{};
+  int count = 0;
+  for (int v = 0; v < levels.rows; v += 2)
+    for (int u = 0; u < levels.cols; u += 2, ++count)
+      ++histogram[static_cast<std::size_t>(std::min(16 * levels(v, u), 4095.F))];
+  std::size_t median = 0;
+  for (int below = histogram[0]; 2 * below < count; below += histogram[median]) ++median;
+  return static_cast<float>(median) / 16;
+}
 
 Edges edges_of(const Patch& patch) {
   cv::Mat smooth;
   cv::GaussianBlur(patch.pixels, smooth, {5, 5}, 1.0);
   std::vector<cv::Mat> planes;
   cv::split(smooth, planes);
-  cv::Mat_<int> squares(patch_px, patch_px, 0);
-  cv::Mat_<cv::Vec2s> strongest(patch_px, patch_px, cv::Vec2s());
+  cv::Mat_<int> squares(patch_px, patch_px, 0), along(patch_px, patch_px, 0), down(patch_px, patch_px, 0);
   cv::Mat_<short> du, dv;
   for (const cv::Mat& plane : planes) {
     cv::spatialGradient(plane, du, dv);
-    for (int v = 1; v < patch_px - 1; ++v) {
-      const short *along = du[v], *down = dv[v];
-      int* square = squares[v];
-      cv::Vec2s* out = strongest[v];
-      for (int u = 1; u < patch_px - 1; ++u) {
-        const int s = along[u] * along[u] + down[u] * down[u];
-        if (s > square[u]) square[u] = s, out[u] = {along[u], down[u]};
-      }
-    }
+    for (int v = 1; v < patch_px - 1; ++v) take_stronger(du[v], dv[v], along[v], down[v], squares[v]);
   }
   squares.setTo(0, patch.seen == 0);
   constexpr float per_level = 8;  // the 3x3 derivative of a slope of one level a pixel
   Edges edges;
-  strongest.convertTo(edges.gradient, CV_32F, 1 / per_level);
+  along.convertTo(edges.along, CV_32F, 1 / per_level);
+  down.convertTo(edges.down, CV_32F, 1 / per_level);
   squares.convertTo(edges.magnitude, CV_32F, 1 / (per_level * per_level));
   cv::sqrt(edges.magnitude, edges.magnitude);
-  // noise and texture have the median (to a sixteenth of a level); an edge of less than two grey levels a
-  // pixel is none that could be trusted
-  std::array<int, 4096> histogram{};
-  for (const float m : edges.magnitude) ++histogram[static_cast<std::size_t>(std::min(16 * m, 4095.F))];
-  std::size_t median = 0;
-  for (int below = histogram[0]; 2 * below < patch_px * patch_px; below += histogram[median]) ++median;
-  edges.threshold = std::max(2.F, 2 * static_cast<float>(median) / 16);
+  // noise and texture have the median; an edge of less than two grey levels a pixel is none to be trusted
+  edges.threshold = std::max(2.F, 2 * median_of(edges.magnitude));
   return edges;
 }
 
@@ -114,7 +128,7 @@ Edges edges_of(const Patch& patch) {
 /// deck is seen that times the tangent of the line of sight further out.
 constexpr float farthest_centre_px = 0.9F * unit_px;
 constexpr int cell_px = 2;
-constexpr int cells = patch_px / cell_px;
+constexpr std::size_t cells = patch_px / cell_px;
 constexpr std::size_t places_tried = 8;
 
 struct Place {
@@ -130,28 +144,55 @@ std::vector<float> radii_tried_px(const RimRadii& radii) {
   return tried;
 }
 
+/// Votes for centres of circles of one radius.
+class Votes {
+ public:
+  void add(float u, float v) {
+    const float x = u - middle_px, y = v - middle_px;
+    if (x * x + y * y > farthest_centre_px * farthest_centre_px) return;
+    ++counts_[static_cast<std::size_t>(v) / cell_px][static_cast<std::size_t>(u) / cell_px];
+  }
+
+  /// visit(u, v, sum) for the middles of all 3x3 cells.
+  template <class Visit>
+  void for_each_sum(Visit visit) const {
+    for (std::size_t j = 1; j + 1 < cells; ++j) {
+      std::array<int, cells> columns;
+      for (std::size_t i = 0; i < cells; ++i)
+        columns[i] = counts_[j - 1][i] + counts_[j][i] + counts_[j + 1][i];
+      for (std::size_t i = 1; i + 1 < cells; ++i)
+        visit((static_cast<float>(i) + 0.5F) * cell_px, (static_cast<float>(j) + 0.5F) * cell_px,
+              columns[i - 1] + columns[i] + columns[i + 1]);
+    }
+  }
+
+ private:
+  std::array<std::array<int, cells>, cells> counts_{};
+};
+
+/// The edge is strongest here, across it, and it is not the circle's own.
+bool votes_from(const Edges& edges, int v, int u) {
+  const float m = edges.magnitude(v, u);
+  if (m < edges.threshold) return false;
+  const float x = static_cast<float>(u) - middle_px, y = static_cast<float>(v) - middle_px;
+  constexpr float own_px = 2.5F, low = unit_px - own_px, high = unit_px + own_px;
+  const float square = x * x + y * y;
+  if (square > low * low && square < high * high) return false;
+  // the neighbour along the gradient
+  const auto step = [&](float g) { return g > m / 2 ? 1 : g < -m / 2 ? -1 : 0; };
+  const int su = step(edges.along(v, u)), sv = step(edges.down(v, u));
+  return m >= edges.magnitude(v + sv, u + su) && m >= edges.magnitude(v - sv, u - su);
+}
+
 std::vector<Place> voted_places(const Edges& edges, const std::vector<float>& radii_px) {
-  std::vector<int> votes(radii_px.size() * cells * cells);
-  const auto at = [](std::size_t r, int j, int i) {
-    return (r * cells + static_cast<std::size_t>(j)) * cells + static_cast<std::size_t>(i);
-  };
+  std::vector<Votes> votes(radii_px.size());
   for (int v = 2; v < patch_px - 2; ++v) {
     for (int u = 2; u < patch_px - 2; ++u) {
-      const float m = edges.magnitude(v, u);
-      if (m < edges.threshold) continue;
-      const float x = static_cast<float>(u) - middle_px, y = static_cast<float>(v) - middle_px;
-      const float off_px = std::hypot(x, y);
-      if (std::abs(off_px - unit_px) < 2.5F) continue;  // the circle's own edge
-      const cv::Vec2f n = edges.gradient(v, u) / m;
-      const int su = static_cast<int>(std::lround(n[0])), sv = static_cast<int>(std::lround(n[1]));
-      if (m < edges.magnitude(v + sv, u + su) || m < edges.magnitude(v - sv, u - su)) continue;
+      if (!votes_from(edges, v, u)) continue;
+      const float m = edges.magnitude(v, u), nu = edges.along(v, u) / m, nv = edges.down(v, u) / m;
       for (std::size_t r = 0; r < radii_px.size(); ++r) {
-        for (const float side : {1.F, -1.F}) {
-          const float cu = static_cast<float>(u) + side * radii_px[r] * n[0],
-                      cv = static_cast<float>(v) + side * radii_px[r] * n[1];
-          if (std::hypot(cu - middle_px, cv - middle_px) > farthest_centre_px) continue;
-          ++votes[at(r, static_cast<int>(cv) / cell_px, static_cast<int>(cu) / cell_px)];
-        }
+        for (const float radius : {radii_px[r], -radii_px[r]})
+          votes[r].add(static_cast<float>(u) + radius * nu, static_cast<float>(v) + radius * nv);
       }
     }
   }
@@ -161,20 +202,14 @@ std::vector<Place> voted_places(const Edges& edges, const std::vector<float>& ra
   };
   std::vector<Sum> sums;
   for (std::size_t r = 0; r < radii_px.size(); ++r) {
-    for (int j = 1; j < cells - 1; ++j) {
-      for (int i = 1; i < cells - 1; ++i) {
-        int sum = 0;
-        for (int dj = -1; dj <= 1; ++dj)
-          for (int di = -1; di <= 1; ++di) sum += votes[at(r, j + dj, i + di)];
-        const float share = static_cast<float>(sum) / (2 * std::numbers::pi_v<float> * radii_px[r]);
-        if (share > 0.25F)  // a rim of which half is seen, and half of that is where it should be
-          sums.push_back({share,
-                          {(static_cast<float>(i) + 0.5F) * cell_px, (static_cast<float>(j) + 0.5F) * cell_px,
-                           radii_px[r]}});
-      }
-    }
+    const float all = 2 * std::numbers::pi_v<float> * radii_px[r];
+    votes[r].for_each_sum([&](float u, float v, int sum) {
+      const float share = static_cast<float>(sum) / all;
+      // a rim of which half is seen, and half of that is where it should be
+      if (share > 0.25F) sums.push_back({share, {u, v, radii_px[r]}});
+    });
   }
-  std::sort(sums.begin(), sums.end(), [](const Sum& a, const Sum& b) { return a.share > b.share; });
+  std::stable_sort(sums.begin(), sums.end(), [](const Sum& a, const Sum& b) { return a.share > b.share; });
   std::vector<Place> places;
   for (const Sum& s : sums) {
     const bool known = std::any_of(places.begin(), places.end(), [&](const Place& p) {
@@ -197,6 +232,28 @@ struct RoundFit {
 
 constexpr int directions = 64;
 
+struct Direction {
+  float u, v;
+};
+
+const std::array<Direction, directions>& all_directions() {
+  static const std::array<Direction, directions> all = [] {
+    std::array<Direction, directions> d{};
+    for (int k = 0; k < directions; ++k) {
+      const float t = 2 * std::numbers::pi_v<float> * static_cast<float>(k) / directions;
+      d[static_cast<std::size_t>(k)] = {std::cos(t), std::sin(t)};
+    }
+    return d;
+  }();
+  return all;
+}
+
+/// The pixel at a place in the patch or around it.
+cv::Point pixel_at(float u, float v) {
+  constexpr float shift = 1024.5F;  // what is cast is positive: rounds
+  return {static_cast<int>(u + shift) - 1024, static_cast<int>(v + shift) - 1024};
+}
+
 /// bands_px: of the edges looked at on either side, fit by fit.
 /// radius_weight: of the place's radius, in edges.
 std::optional<RoundFit> fitted(const Patch& patch, const Edges& edges, const Place& place,
@@ -208,24 +265,22 @@ std::optional<RoundFit> fitted(const Patch& patch, const Edges& edges, const Pla
     Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
     Eigen::Vector3d sums = Eigen::Vector3d::Zero();
     double looked = 0, found = 0, residuals = 0, errors = 0;
-    for (int k = 0; k < directions; ++k) {
-      const float t = 2 * std::numbers::pi_v<float> * static_cast<float>(k) / directions;
-      const float nu = std::cos(t), nv = std::sin(t);
-      const auto along_ray = [&](float radius) {
-        return cv::Point(static_cast<int>(std::lround(static_cast<float>(circle.x()) + radius * nu)),
-                         static_cast<int>(std::lround(static_cast<float>(circle.y()) + radius * nv)));
+    const auto centre_u = static_cast<float>(circle.x()), centre_v = static_cast<float>(circle.y()),
+               radius = static_cast<float>(circle.z());
+    for (const auto& [nu, nv] : all_directions()) {
+      const auto along_ray = [&, nu = nu, nv = nv](float r) {
+        return pixel_at(centre_u + r * nu, centre_v + r * nv);
       };
-      const cv::Point expected = along_ray(static_cast<float>(circle.z()));
+      const cv::Point expected = along_ray(radius);
       if (!patch.sees(expected.y, expected.x)) continue;
       ++looked;
       float best = 0, best_off = 0;
       for (float off = -band_px; off <= band_px; off += 0.5F) {
-        const auto [u, v] = along_ray(static_cast<float>(circle.z()) + off);
-        if (!patch.sees(v, u)) continue;
-        const float m = edges.magnitude(v, u);
+        const cv::Point p = along_ray(radius + off);
+        if (!patch.sees(p.y, p.x)) continue;
+        const float m = edges.magnitude(p);
         if (m < edges.threshold) continue;
-        const cv::Vec2f& g = edges.gradient(v, u);
-        const float along = std::abs(g[0] * nu + g[1] * nv);
+        const float along = std::abs(edges.along(p) * nu + edges.down(p) * nv);
         if (along > best && along > most_turn_cosine * m) best = along, best_off = off;
       }
       if (best <= 0) continue;
@@ -312,23 +367,26 @@ class Colours {
   void add(const Patch& patch, int v, int u) {
     if (!patch.sees(v, u)) return;
     const std::uint8_t* pixel = patch.pixels.ptr(v, u);
-    for (int k = 0; k < patch.pixels.channels(); ++k)
-      levels_[static_cast<std::size_t>(k)].push_back(pixel[k]);
+    for (int k = 0; k < patch.pixels.channels(); ++k) ++histograms_[static_cast<std::size_t>(k)][pixel[k]];
+    ++count_;
+    channels_ = static_cast<std::size_t>(patch.pixels.channels());
   }
-  [[nodiscard]] bool empty() const { return levels_[0].empty(); }
-  [[nodiscard]] Colour median() {
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  [[nodiscard]] Colour median() const {
     Colour out = Colour::Zero();
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (levels_[k].empty()) continue;
-      const auto middle = levels_[k].begin() + static_cast<std::ptrdiff_t>(levels_[k].size() / 2);
-      std::nth_element(levels_[k].begin(), middle, levels_[k].end());
-      out[static_cast<Eigen::Index>(k)] = *middle;
+    for (std::size_t k = 0; k < channels_; ++k) {
+      int level = 0;
+      for (int below = histograms_[k][0]; 2 * below <= count_ && level < 255;)
+        below += histograms_[k][static_cast<std::size_t>(++level)];
+      out[static_cast<Eigen::Index>(k)] = level;
     }
     return out;
   }
 
  private:
-  std::array<std::vector<std::uint8_t>, 3> levels_;
+  std::array<std::array<int, 256>, 3> histograms_{};
+  int count_ = 0;
+  std::size_t channels_ = 0;
 };
 
 /// Levels in the channel that differs most.
@@ -345,12 +403,18 @@ double square_off_middle(int v, int u) {
   return x * x + y * y;
 }
 
+/// Within it there is no paint of the circle's own, in circle radii.
+double clear_radius(const Ellipse& circle, const std::optional<EllipseFit>& inner) {
+  constexpr double of_rings = 0.72;  // few are wider
+  constexpr double blur = 0.06;      // two pixels
+  return inner ? std::min(of_rings, inner->ellipse.b_px / circle.b_px - blur) : of_rings;
+}
+
 struct Surface {
   Colour ground, paint;
-  double clear = 0.72;  ///< radius within which there is no paint of the circle's own: few rings are wider
+  double clear;  ///< see clear_radius
 
-  Surface(const Patch& patch, const Ellipse& circle, const std::optional<EllipseFit>& inner) {
-    if (inner) clear = std::min(clear, inner->ellipse.b_px / circle.b_px - 0.06);  // two pixels of blur
+  Surface(const Patch& patch, double clear_of_paint) : clear(clear_of_paint) {
     Colours grounds, paints;
     for (int v = 0; v < patch_px; v += sampled_each_px) {
       for (int u = 0; u < patch_px; u += sampled_each_px) {
@@ -380,7 +444,7 @@ struct Inside {
 };
 
 /// Between the means just inside and just outside; nothing where either is out of view.
-std::optional<double> difference_towards(const Patch& patch, const RoundFit& fit, float t) {
+std::optional<double> difference_towards(const Patch& patch, const RoundFit& fit, const Direction& d) {
   constexpr std::array inner{0.60F, 0.68F, 0.76F, 0.84F, 0.92F};
   constexpr std::array outer{1.10F, 1.18F, 1.26F, 1.34F};
   const auto mean = [&](const auto& radii) -> std::optional<Colour> {
@@ -388,8 +452,8 @@ std::optional<double> difference_towards(const Patch& patch, const RoundFit& fit
     int count = 0;
     for (const float radius : radii) {
       const float off = radius * static_cast<float>(fit.circle_px.z());
-      const int u = static_cast<int>(std::lround(static_cast<float>(fit.circle_px.x()) + off * std::cos(t))),
-                v = static_cast<int>(std::lround(static_cast<float>(fit.circle_px.y()) + off * std::sin(t)));
+      const auto [u, v] = pixel_at(static_cast<float>(fit.circle_px.x()) + off * d.u,
+                                   static_cast<float>(fit.circle_px.y()) + off * d.v);
       if (!patch.sees(v, u)) continue;
       for (int k = 0; k < patch.pixels.channels(); ++k) sum[k] += patch.pixels.ptr(v, u)[k];
       ++count;
@@ -422,9 +486,8 @@ Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit
   inside.off_surround = difference(own, surround.median());
   inside.off_mixtures = surface.off_mixtures(own);
   int differ = 0, looked = 0;
-  for (int k = 0; k < directions; ++k) {
-    const auto levels =
-        difference_towards(patch, fit, 2 * std::numbers::pi_v<float> * static_cast<float>(k) / directions);
+  for (const Direction& direction : all_directions()) {
+    const auto levels = difference_towards(patch, fit, direction);
     looked += levels ? 1 : 0;
     differ += levels && *levels > least_levels ? 1 : 0;
   }
@@ -487,10 +550,17 @@ class Evidence {
 constexpr int fewest_edge_pixels = 17;
 
 int edge_pixels_within(const Edges& edges, double radius) {
+  const double radius_px = radius * unit_px;
   int count = 0;
-  for (int v = 1; v < patch_px - 1; ++v)
-    for (int u = 1; u < patch_px - 1; ++u)
-      count += edges.magnitude(v, u) >= edges.threshold && square_off_middle(v, u) < radius * radius ? 1 : 0;
+  for (int v = 1; v < patch_px - 1; ++v) {
+    const double y = v - static_cast<double>(middle_px), square = radius_px * radius_px - y * y;
+    if (square <= 0) continue;
+    const double half_px = std::sqrt(square);
+    const int first = std::max(1, cvCeil(static_cast<double>(middle_px) - half_px)),
+              last = std::min(patch_px - 2, cvFloor(static_cast<double>(middle_px) + half_px));
+    const float* row = edges.magnitude[v];
+    for (int u = first; u <= last; ++u) count += row[u] >= edges.threshold ? 1 : 0;
+  }
   return count;
 }
 
@@ -510,11 +580,12 @@ RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::o
   const Patch patch = round_patch(image, circle);
   if (patch.pixels.empty()) return out;
   const Edges edges = edges_of(patch);
-  const Surface surface(patch, circle, inner);
-  if (edge_pixels_within(edges, surface.clear) < fewest_edge_pixels) {
+  const double clear = clear_radius(circle, inner);
+  if (edge_pixels_within(edges, clear) < fewest_edge_pixels) {
     if (!out_of_view) out.occupied = false;
     return out;
   }
+  const Surface surface(patch, clear);
   constexpr double least_log_odds =
       -0.5;  // a rim that is there is missed at more cost than a foot is taken for it
   const Evidence evidence(circle, image.size());
@@ -524,6 +595,9 @@ RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::o
   for (const Place& place : voted_places(edges, radii_tried_px(radii))) {
     const auto fit = fitted(patch, edges, place, bands_px, radius_weight);
     if (!fit || fit->circle_px.z() < smallest || fit->circle_px.z() > largest) continue;
+    // of half an edge no colour makes a sign, and hardly any a rim
+    const bool may_be_rim = radii.known && evidence.log_odds(*fit, 255) > most;
+    if (fit->coverage < half_coverage && !may_be_rim) continue;
     const Inside inside = inside_of(patch, surface, *fit);
     const Sign sign = sign_of_cargo(*fit, inside);
     cargo = cargo || sign == Sign::cargo;
