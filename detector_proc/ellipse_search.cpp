@@ -200,7 +200,7 @@ std::optional<EllipseEdge> EllipseSearch::settle_like(const Ellipse& guess, Brig
   const ShapePrior prior{guess};
   Ellipse e = guess;
   for (const auto& [share, least_px, most_count, slack] :
-       {Round{0.15, 2, 24, 9}, Round{0.08, 2, 48, 4}, Round{0.05, 2, 96, 2}}) {
+       {Round{0.15, 2, 24, 14}, Round{0.08, 2, 48, 8}, Round{0.05, 2, 96, 4}}) {
     EdgeSupport support = look_along(field_, e, bright, std::clamp(share * e.b_px, least_px, 8.0),
                                      thresholds_.follow, std::min(sample_count(e), most_count));
     if (best_log_odds(support) < min_log_odds) return std::nullopt;

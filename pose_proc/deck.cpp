@@ -153,15 +153,19 @@ std::optional<Deck> best_deck(const std::vector<LoneCircle>& circles, const std:
     return deck;
   }
   const auto other = solve(circles, left.size(), *rival, expected);
-  const double other_cost = other ? other->cost : rival->cost;
-  if (other && other_cost < best->cost) {
-    deck = deck_of(*other);
-    deck.log_odds = (best->cost - other_cost) / 2;
+  if (!other) {
+    // no plane of its own: what the circles said before they were fitted together is compared with the same
+    deck.log_odds = (rival->cost - all.front().cost) / 2;
     return deck;
   }
-  const bool one_plane = other && (other->fit.normal_camera - best->fit.normal_camera).squaredNorm() <
-                                      best->fit.normal_covariance_rad2.trace() / 4;
-  deck.log_odds = one_plane ? against_mirrored(circles, *best) / 2 : (other_cost - best->cost) / 2;
+  if (other->cost < best->cost) {
+    deck = deck_of(*other);
+    deck.log_odds = (best->cost - other->cost) / 2;
+    return deck;
+  }
+  const bool one_plane = (other->fit.normal_camera - best->fit.normal_camera).squaredNorm() <
+                         best->fit.normal_covariance_rad2.trace() / 4;
+  deck.log_odds = one_plane ? against_mirrored(circles, *best) / 2 : (other->cost - best->cost) / 2;
   return deck;
 }
 

@@ -20,6 +20,11 @@ constexpr double deck_reach_m = 5;
 /// a mark of which a third is seen and a smaller thing seen whole.
 constexpr double weight_of_larger = 2;
 
+/// What a mark's word counts: a rim of the right kind in it is as good as an edge seen whole.
+double weight_of(const SupposedCircle& circle) {
+  return circle.coverage + (circle.holds_cargo ? 1 : 0);
+}
+
 /// Radius of the other over the mark's, were it on the first one's deck: depths along the normal.
 double log_size(const SupposedCircle& first, const SupposedCircle& other) {
   const Eigen::Vector3d& n = first.normal_camera;
@@ -33,9 +38,9 @@ double agreement(const SupposedCircle& first, const std::vector<SupposedCircle>&
   for (const SupposedCircle& other : circles) {
     const double size = log_size(first, other);
     if (std::abs(size) < same_size)
-      sum += other.coverage;
+      sum += weight_of(other);
     else if (size > 0)
-      sum -= weight_of_larger * other.coverage;
+      sum -= weight_of_larger * weight_of(other);
   }
   return sum;
 }

@@ -11,12 +11,13 @@ struct SupposedCircle {
   Eigen::Vector3d center_camera_m;
   Eigen::Vector3d normal_camera;  ///< of the deck it lies on, as well as is known; unit
   double coverage = 1;            ///< share of its edge that was found
+  bool holds_cargo = false;       ///< a rim was found in it
 };
 
 /// For each: whether it may be a circle of that radius. A smaller thing, taken for a circle, seems to lie
 /// below the deck by as much as it is smaller. The deck is where most circles agree, the better seen ones
-/// counting more; where few do it is the nearer one, because marks are the largest round things on a deck. A
-/// thing by itself may be one.
+/// and those that hold a cargo counting more; where few do it is the nearer one, because marks are the
+/// largest round things on a deck. A thing by itself may be one.
 std::vector<bool> have_marks_size(const std::vector<SupposedCircle>& circles);
 
 }  // namespace stevedore

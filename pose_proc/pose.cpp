@@ -112,8 +112,8 @@ void revise_labels(std::vector<CirclePose>& poses, const std::vector<MarkImage>&
     const CircleSolution& chosen = poses[i].solutions.front().circle;
     // a lone circle's normal is known less well than where decks are level
     circles.push_back({chosen.center_camera_m,
-                       poses[i].deck >= 0 ? chosen.normal_camera : expected.normal_camera,
-                       marks[i].coverage});
+                       poses[i].deck >= 0 ? chosen.normal_camera : expected.normal_camera, marks[i].coverage,
+                       marks[i].holds_cargo});
     mark_of.push_back(i);
   }
   const std::vector<bool> have = have_marks_size(circles);

@@ -40,7 +40,8 @@ struct MarkImage {
   std::optional<EllipseFit> inner;  ///< of a painted ring
   Label label = Label::unknown;
   std::optional<PreviousChoice> previous;
-  double coverage = 1;  ///< share of the outer edge that was found
+  double coverage = 1;       ///< share of the outer edge that was found
+  bool holds_cargo = false;  ///< of a circle: a cargo's rim was found in it
 };
 
 /// The radius a label stands for; nothing for unknown.

@@ -163,7 +163,7 @@ std::vector<CirclePose> PoseStage::estimates_of(const tracks_t& tracks,
     std::optional<EllipseFit> inner;
     if (detection.inner && track.ellipse_index >= 0) inner = detection.inner;  // measured, not predicted
     marks.push_back({detection.outer, inner, detection.label, previous_of(track.id, utime, world_from_camera),
-                     detection.coverage});
+                     detection.coverage, detection.occupied.value_or(false)});
   }
   PoseContext surroundings;
   if (attitude) {

@@ -71,7 +71,8 @@ std::vector<LocatedMark> Locator::locate(const std::vector<Detection>& detection
                      detection.inner,
                      radius_known ? detection.label : Label::unknown,
                      {},
-                     detection.coverage});
+                     detection.coverage,
+                     detection.occupied.value_or(false)});
   }
   if (!settings_.camera) return located;
   auto poses = estimate_poses(marks, settings_.camera->rectified, {settings_.gravity, {}}, settings_.pose);

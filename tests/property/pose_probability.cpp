@@ -245,6 +245,36 @@ TEST_CASE(
   CHECK(stranger_alone > 0.95 * count);
 }
 
+TEST_CASE("edges that err twice as much as they say do not turn a level deck over") {
+  std::mt19937 random(28);
+  int wrong = 0, count = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Circle first =
+        circle_at(camera, range(random, 150, 300), range(random, 100, 240), range(random, 2.5, 5),
+                  range(random, 0, 2) * deg, range(random, -3.1, 3.1));
+    const Eigen::Vector3d x = first.normal.unitOrthogonal(), y = first.normal.cross(x);
+    std::vector<MarkImage> marks;
+    std::vector<Circle> circles;
+    for (int k = 0; k < 4; ++k) {
+      circles.push_back(first);
+      circles.back().center_m += 1.3 * (k % 3 * x + k / 3 * y);
+      auto fit = measured(circles.back(), 0.1, 0, random);
+      REQUIRE(fit);
+      fit->covariance /= 6;
+      marks.push_back({*fit, {}, Label::circle, {}});
+    }
+    const Gravity gravity{Eigen::Vector3d::UnitZ(), 0};
+    const auto poses = estimate_poses(marks, camera, {gravity, {}}, {});
+    for (std::size_t k = 0; k < marks.size(); ++k) {
+      if (poses[k].solutions.size() < 2 || theta_of(circles[k]) < 4 * deg) continue;
+      ++count;
+      wrong += !is_right(poses[k], circles[k]);
+    }
+  }
+  CHECK(count > 1500);
+  CHECK(wrong == 0);
+}
+
 TEST_CASE("a small ring's odds come true") {
   std::mt19937 random(27);
   int right = 0, count = 0;

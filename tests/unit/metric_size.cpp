@@ -12,6 +12,11 @@ SupposedCircle thing(double x_m, double y_m, double radius_m, double coverage = 
   return {center_m * 0.5 / radius_m, -Eigen::Vector3d::UnitZ(), coverage};
 }
 
+SupposedCircle with_cargo(SupposedCircle circle) {
+  circle.holds_cargo = true;
+  return circle;
+}
+
 }  // namespace
 
 TEST_CASE("a smaller thing on the circles' deck is none, one a hundredth off is") {
@@ -27,6 +32,12 @@ TEST_CASE("circles outvote a larger thing") {
 TEST_CASE("one circle of which two thirds are seen outweighs two smaller things alike") {
   CHECK(have_marks_size({thing(1.5, 0, 0.3), thing(0, 1.5, 0.3), thing(0, 0, 0.5, 0.7)}) ==
         std::vector<bool>{false, false, true});
+}
+
+TEST_CASE("a circle that holds a cargo outweighs an empty larger arc") {
+  const SupposedCircle arc = thing(0, 0, 0.65, 0.5), circle = thing(1.5, 0, 0.5, 0.7);
+  CHECK(have_marks_size({arc, circle}) == std::vector<bool>{true, false});
+  CHECK(have_marks_size({arc, with_cargo(circle)}) == std::vector<bool>{false, true});
 }
 
 TEST_CASE(
