@@ -166,6 +166,21 @@ RimRadii rim_radii(const Ellipse& circle, const DetectorSettings& settings, doub
   return {0.94 * radius, 1.06 * radius, true};
 }
 
+/// The ellipse seen best that is parallel to the circle, stands in it and has a rim's size; null: none.
+Detection* rim_among(std::vector<Detection>& found, const Ellipse& circle, const RimRadii& radii) {
+  constexpr double least_coverage = 0.6;  // handle and rope hide part of a rim
+  constexpr double alike = 0.12;          // of aspects: perspective, and the fit of a small ellipse
+  Detection* best = nullptr;
+  for (Detection& d : found) {
+    const Ellipse& e = d.outer.ellipse;
+    const double radius = std::sqrt(e.a_px * e.b_px / (circle.a_px * circle.b_px));
+    if (radius < radii.smallest || radius > radii.largest || !is_within(e, circle)) continue;
+    if (std::abs(std::log(e.a_px * circle.b_px / (e.b_px * circle.a_px))) > alike) continue;
+    if (d.coverage >= least_coverage && (!best || d.coverage > best->coverage)) best = &d;
+  }
+  return best;
+}
+
 /// Circles whose rims are large enough to be told from letters are searched for one, but for those that have
 /// nothing in them at all. What was taken for a rim in them, and is not, has no meaning.
 template <class NothingIn>
@@ -185,6 +200,12 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
     found[i].occupied = search.occupied;
     for (Detection& d : found)
       if (d.label == Label::cargo && is_within(d.outer.ellipse, circle)) d.label = Label::unknown;
+    if (Detection* standing = radii.known ? rim_among(found, circle, radii) : nullptr) {
+      standing->label = Label::cargo;
+      standing->occupied.reset();
+      found[i].occupied = true;
+      continue;
+    }
     if (!search.rim) continue;
     const auto same = std::find_if(found.begin(), found.end(), [&](const Detection& d) {
       const Ellipse& e = d.outer.ellipse;
