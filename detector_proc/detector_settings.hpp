@@ -45,7 +45,9 @@ struct DetectorSettings {
   int full_every_frames = 6;  ///< 0.2 s at 30 Hz
   double rim_ratio = 0.32;    ///< a cargo's rim over a painted circle, radii: 0.16 m and 0.5 m
   double cargo_height_ratio = 0.6;  ///< its height over the circle's radius: 0.3 m
-  int subpixel_strips = 48;  ///< rows and columns of pixels that the last fit looks at, of each edge; 0: all
+  /// Rows and columns of pixels that the sub-pixel fit looks at, of each edge, four times as many in its last
+  /// round; 0: all.
+  int subpixel_strips = 64;
 
   // Method paper, from here on.
 

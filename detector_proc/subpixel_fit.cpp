@@ -271,15 +271,17 @@ double better_blur(const std::vector<Strip>& strips, double blur_px) {
 std::optional<SubpixelFit> fit_subpixel(const LightImage& image, const Ellipse& guess, Bright bright,
                                         double blur_px, double reach_px, int most_strips) {
   constexpr int rounds = 3;
+  constexpr int last_round_more = 4;  // the ones before need only come near
   constexpr double faintest = 2.0 / 255;  // of contrast, in light: two grey levels
   Ellipse e = guess;
   std::vector<Strip> strips;
-  strips.reserve(most_strips > 0 ? static_cast<std::size_t>(most_strips) : 512);
+  strips.reserve(most_strips > 0 ? static_cast<std::size_t>(last_round_more * most_strips) : 512);
   Solver solver;
   for (int round = 0; round < rounds; ++round) {
     // the step and, on either side, two pixels of level
     const double half_width_px = std::min(2.2 * blur_px + 2, std::max(reach_px, 1.6 * blur_px + 0.7));
-    StripCutter(image, e, half_width_px).cut(most_strips, strips);
+    const bool last = round + 1 == rounds;
+    StripCutter(image, e, half_width_px).cut(last ? last_round_more * most_strips : most_strips, strips);
     find_levels(strips, blur_px);
     find_offsets(strips, bright, blur_px, std::max(faintest, 0.3 * typical_contrast(strips, bright)));
     solver = weigh(strips, outlier_limit_px(strips));
@@ -288,7 +290,7 @@ std::optional<SubpixelFit> fit_subpixel(const LightImage& image, const Ellipse& 
     if (!step.allFinite() || step.head<4>().cwiseAbs().maxCoeff() > 0.3 * e.b_px) return std::nullopt;
     e = moved(e, step);
     if (!is_valid(e)) return std::nullopt;
-    if (round + 1 < rounds) blur_px = better_blur(strips, blur_px);
+    if (!last) blur_px = better_blur(strips, blur_px);
   }
   SubpixelFit result;
   result.fit.ellipse = e;

@@ -20,8 +20,8 @@ struct SubpixelFit {
 /// on the inner side of a curve (Bouma et al. 2005); that is put back. Outliers are weighed down (Tukey).
 ///
 /// `blur_px` is a first guess, `reach_px` how far on either side the frame may be looked at: half the width
-/// of a thin ring; `most_strips` caps the rows and columns looked at, evenly, 0: all. Nothing where too
-/// little of the edge is seen.
+/// of a thin ring; `most_strips` caps the rows and columns looked at, evenly, at four times as many in
+/// the last round; 0: all. Nothing where too little of the edge is seen.
 std::optional<SubpixelFit> fit_subpixel(const LightImage& image, const Ellipse& guess, Bright bright,
                                         double blur_px, double reach_px, int most_strips);
 
