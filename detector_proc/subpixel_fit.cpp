@@ -271,7 +271,7 @@ double better_blur(const std::vector<Strip>& strips, double blur_px) {
 std::optional<SubpixelFit> fit_subpixel(const LightImage& image, const Ellipse& guess, Bright bright,
                                         double blur_px, double reach_px, int most_strips) {
   constexpr int rounds = 3;
-  constexpr int last_round_more = 4;  // the ones before need only come near
+  constexpr int last_round_more = 4;      // the ones before need only come near
   constexpr double faintest = 2.0 / 255;  // of contrast, in light: two grey levels
   Ellipse e = guess;
   std::vector<Strip> strips;

@@ -122,25 +122,18 @@ IdealPoints undistort_points(const CameraModel& camera, const Eigen::Matrix2Xd& 
   using Lanes = Eigen::Array<double, lanes, 1>;
   const Pinhole &given = camera.given, &ideal = camera.rectified;
   const Eigen::Index count = given_px.cols();
-  IdealPoints out{Eigen::Matrix2Xd(2, count), Eigen::Matrix4Xd(4, count),
-                  Eigen::Array<bool, 1, Eigen::Dynamic>(count)};
+  IdealPoints out{Eigen::Matrix2Xd(2, count), Eigen::Array<bool, 1, Eigen::Dynamic>(count)};
   for (Eigen::Index first = 0; first < count; first += lanes) {
     const Eigen::Index n = std::min<Eigen::Index>(lanes, count - first);
     Lanes x = Lanes::Zero(), y = Lanes::Zero();  // what fills the last block up is the axis
     x.head(n) = (given_px.row(0).segment(first, n).transpose().array() - given.cx_px) / given.fx_px;
     y.head(n) = (given_px.row(1).segment(first, n).transpose().array() - given.cy_px) / given.fy_px;
     const auto s = straighten<Lanes>(camera, x, y);
-    const Bent<Lanes>& b = s.bent;
-    const Lanes determinant = b.x_by_x * b.y_by_y - b.x_by_y * b.y_by_x;
     const auto put = [&](auto&& row, const Lanes& values) {
       row.segment(first, n) = values.head(n).transpose().matrix();
     };
     put(out.point_px.row(0), s.x * ideal.fx_px + ideal.cx_px);
     put(out.point_px.row(1), s.y * ideal.fy_px + ideal.cy_px);
-    put(out.jacobian.row(0), b.y_by_y / determinant * (ideal.fx_px / given.fx_px));
-    put(out.jacobian.row(1), -b.y_by_x / determinant * (ideal.fy_px / given.fx_px));
-    put(out.jacobian.row(2), -b.x_by_y / determinant * (ideal.fx_px / given.fy_px));
-    put(out.jacobian.row(3), b.x_by_x / determinant * (ideal.fy_px / given.fy_px));
     out.valid.segment(first, n) = s.valid.head(n).transpose();
   }
   return out;

@@ -37,10 +37,9 @@ std::optional<ProjectedPoint> project(const CameraModel& camera, const Eigen::Ve
 /// Direction with z = 1 of a pixel's ray, and d (x, y) / d pixel. Nothing where the lens has no inverse.
 std::optional<MappedPoint> unproject(const CameraModel& camera, const Eigen::Vector2d& given_px);
 
-/// Edge points of the image as given, taken to the ideal image for a fit there.
+/// Points of the image as given, taken to the ideal image.
 struct IdealPoints {
-  Eigen::Matrix2Xd point_px;  ///< of the rectified camera, a column a point
-  Eigen::Matrix4Xd jacobian;  ///< d ideal / d given of each, column by column: its covariance is J C J^T
+  Eigen::Matrix2Xd point_px;                    ///< of the rectified camera, a column a point
   Eigen::Array<bool, 1, Eigen::Dynamic> valid;  ///< false: the lens has no inverse there
 };
 

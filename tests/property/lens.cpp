@@ -102,7 +102,7 @@ TEST_CASE("every lens: points project to pixels, pixels unproject to their rays,
       }
 }
 
-TEST_CASE("many points at once are each what undistort says, with the derivative") {
+TEST_CASE("many points at once are each what undistort says") {
   for (const CameraModel& camera : cameras()) {
     const auto all = rays();
     Eigen::Matrix2Xd given_px(2, all.size());
@@ -111,14 +111,8 @@ TEST_CASE("many points at once are each what undistort says, with the derivative
           camera.given.project(distort_ray(camera, all[i]).point.homogeneous());
     const IdealPoints ideal = undistort_points(camera, given_px);
     REQUIRE(ideal.valid.all());
-    for (Eigen::Index i = 0; i < given_px.cols(); ++i) {
-      const Eigen::Vector2d p = given_px.col(i);
-      REQUIRE((ideal.point_px.col(i) - *undistort(camera, p)).norm() < 1e-7);
-      const auto expected =
-          differences<2, 2>([&](const Eigen::Vector2d& q) { return *undistort(camera, q); }, p, 1e-2);
-      const Eigen::Vector4d column = ideal.jacobian.col(i);
-      REQUIRE((Eigen::Map<const Eigen::Matrix2d>(column.data()) - expected).norm() < 1e-5);
-    }
+    for (Eigen::Index i = 0; i < given_px.cols(); ++i)
+      REQUIRE((ideal.point_px.col(i) - *undistort(camera, given_px.col(i))).norm() < 1e-7);
   }
 }
 
