@@ -35,21 +35,13 @@ Ellipse lessened(const Ellipse& e, int factor) {
           e.alpha_rad};
 }
 
-EllipseEdge enlarged(EllipseEdge edge, int factor, const LightWeights& weights) {
-  const auto scale = static_cast<float>(factor);
-  EdgeSupport& support = edge.support;
-  for (int k = 0; k < support.count; ++k) {
-    EdgeSample& s = support.samples[static_cast<std::size_t>(k)];
-    s.offset_px *= scale, s.length_px *= scale;
-    s.point.u_px = (s.point.u_px + 0.5F) * scale - 0.5F;
-    s.point.v_px = (s.point.v_px + 0.5F) * scale - 0.5F;
+EllipseEdge moved(EllipseEdge edge, cv::Point by) {
+  edge.ellipse.u_px += by.x;
+  edge.ellipse.v_px += by.y;
+  for (int k = 0; k < edge.support.count; ++k) {
+    EdgePoint& p = edge.support.samples[static_cast<std::size_t>(k)].point;
+    p.u_px += static_cast<float>(by.x), p.v_px += static_cast<float>(by.y);
   }
-  for (double* length_px :
-       {&support.perimeter_px, &support.visible_px, &support.supported_px, &support.rms_px, &edge.open_px})
-    *length_px *= factor;
-  edge.ellipse = enlarged(edge.ellipse, factor);
-  edge.weights = weights;
-  edge.reduction = factor;
   return edge;
 }
 
@@ -72,11 +64,11 @@ double reach_px(const MarkEdges& mark, int factor) {
 EllipseFit fine_fit(const EllipseEdge& edge, const LightImage& light, int factor, double reach,
                     int most_strips) {
   const EllipseFit coarse = coarse_fit(edge, factor);
-  const double blur_px = 0.8 * factor * edge.reduction;  // of a sharp lens at the size where it was found
+  const double blur_px = 0.8 * factor;  // of a sharp lens at the size where it was found
   const auto fine =
       fit_subpixel(light.weighted(edge.weights), coarse.ellipse, edge.bright, blur_px, reach, most_strips);
   // it must be the same edge
-  const double margin_px = std::max(1.5 * edge.reduction, 0.05 * edge.ellipse.b_px) * factor;
+  const double margin_px = std::max(1.5, 0.05 * edge.ellipse.b_px) * factor;
   const bool same = fine && std::abs(fine->fit.ellipse.a_px - coarse.ellipse.a_px) < margin_px &&
                     std::abs(fine->fit.ellipse.b_px - coarse.ellipse.b_px) < margin_px &&
                     std::hypot(fine->fit.ellipse.u_px - coarse.ellipse.u_px,
@@ -231,7 +223,7 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
   });
 }
 
-/// And enough pixels for the colour planes' reduction.
+/// And enough pixels to be halved.
 bool has_colour(const cv::Mat& image) {
   return image.channels() == 3 && image.cols > 1 && image.rows > 1;
 }
@@ -256,8 +248,9 @@ std::vector<Ellipse> shapes_of(const std::vector<MarkEdges>& marks) {
 
 }  // namespace
 
-std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
+std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image, const cv::Rect& part,
                                                       const DetectorSettings& settings) {
+  window = part;
   compute_gradient(image, field);
   thresholds = edge_thresholds(field);
   linker.link(field, thresholds, min_chain_length, chains);
@@ -266,6 +259,7 @@ std::vector<EllipseEdge> ArcMethod::Plane::find_edges(const cv::Mat& image,
   search.emplace(field, thresholds, frame, settings);
   std::vector<EllipseEdge> edges = search->search(arcs);
   add_outer_edges(edges, field, thresholds, *search, settings.min_ring_ratio);
+  for (EllipseEdge& edge : edges) edge = moved(std::move(edge), part.tl());
   return edges;
 }
 
@@ -275,77 +269,75 @@ void ArcMethod::Plane::find_directions() {
 
 std::vector<EllipseEdge> ArcMethod::Plane::siblings_of(const Ellipse& shape,
                                                        const std::vector<Ellipse>& known) const {
-  return look_for_siblings(shape, known, field.magnitude.size(), directions, *search);
+  std::vector<Ellipse> known_here = known;
+  for (Ellipse& e : known_here) e.u_px -= window.x, e.v_px -= window.y;
+  std::vector<EllipseEdge> siblings =
+      look_for_siblings(shape, known_here, window.size(), directions, *search);
+  for (EllipseEdge& edge : siblings) edge = moved(std::move(edge), window.tl());
+  return siblings;
+}
+
+cv::Rect ArcMethod::window_of(const cv::Mat& halved, cv::Size frame) {
+  constexpr int min_chain = 6;  // the ends of a thin ring's edges touch at half the size
+  compute_gradient(halved, halved_field_);
+  halved_linker_.link(halved_field_, edge_thresholds(halved_field_), min_chain, halved_chains_);
+  int left = halved.cols, right = -1, top = halved.rows, bottom = -1;
+  for (const int pixel : halved_chains_.pixels) {
+    const int v = pixel / halved.cols, u = pixel - v * halved.cols;
+    left = std::min(left, u), right = std::max(right, u);
+    top = std::min(top, v), bottom = std::max(bottom, v);
+  }
+  if (right < left) return {};
+  // a mark's worn or hidden side may have no chain: a quarter more to each side
+  constexpr int least_margin_px = 16;
+  const int margin_u = std::max(least_margin_px, (right - left) / 2),
+            margin_v = std::max(least_margin_px, (bottom - top) / 2);
+  return cv::Rect(cv::Point(2 * left - margin_u, 2 * top - margin_v),
+                  cv::Point(2 * right + 2 + margin_u, 2 * bottom + 2 + margin_v)) &
+         cv::Rect({0, 0}, frame);
 }
 
 void ArcMethod::add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
                                  std::vector<EllipseEdge>& edges) {
-  colours_.compute(bgr);
-  for (std::size_t k = 0; k < colours_.planes.size(); ++k) {
-    for (EllipseEdge& edge : colour_[k].find_edges(colours_.planes[k], settings))
-      edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
+  compute_halved_opponents(bgr, halved_);
+  for (std::size_t k = 0; k < colour_.size(); ++k) {
+    const cv::Rect window = window_of(halved_[k], bgr.size());
+    colour_[k].window = window;
+    if (window.empty()) continue;
+    compute_opponent(bgr(window), k, opponent_);
+    for (EllipseEdge& edge : colour_[k].find_edges(opponent_, window, settings)) {
+      edge.weights = Opponents::weights[k];
+      edges.push_back(std::move(edge));
+    }
   }
 }
 
 std::vector<EllipseEdge> ArcMethod::find_edges(const cv::Mat& working, bool with_colour,
                                                const DetectorSettings& settings) {
-  std::vector<EllipseEdge> edges = light_.find_edges(working, settings);
+  std::vector<EllipseEdge> edges = light_.find_edges(working, {{0, 0}, working.size()}, settings);
   if (with_colour) add_colour_edges(working, settings, edges);
-  edges = settle_owners(std::move(edges));
-  for (EllipseEdge& edge : edges) edge = at_full_size(std::move(edge), working, settings);
-  return edges;
+  return settle_owners(std::move(edges));
 }
 
 void ArcMethod::add_siblings(const std::vector<MarkEdges>& marks, bool with_colour,
                              std::vector<EllipseEdge>& edges) {
-  std::vector<Ellipse> known;
-  std::vector<Ellipse> reduced;  // as they are in the colour planes
-  for (const MarkEdges& mark : marks) {
-    known.push_back(mark.outer.ellipse);
-    reduced.push_back(lessened(mark.outer.ellipse, ColourPlanes::reduction));
-  }
   const std::vector<Ellipse> shapes = shapes_of(marks);
   if (shapes.empty()) return;
-  light_.find_directions();
-  if (with_colour)
-    for (Plane& plane : colour_) plane.find_directions();
-  for (const Ellipse& shape : shapes) {
-    for (EllipseEdge& edge : light_.siblings_of(shape, known)) edges.push_back(std::move(edge));
-    if (!with_colour) continue;
-    for (std::size_t k = 0; k < colour_.size(); ++k) {
-      for (EllipseEdge& edge : colour_[k].siblings_of(lessened(shape, ColourPlanes::reduction), reduced))
-        edges.push_back(enlarged(std::move(edge), ColourPlanes::reduction, ColourPlanes::weights[k]));
+  std::vector<Ellipse> known;
+  for (const MarkEdges& mark : marks) known.push_back(mark.outer.ellipse);
+  const auto add = [&](Plane& plane, const LightWeights& weights) {
+    if (plane.window.empty()) return;
+    plane.find_directions();
+    for (const Ellipse& shape : shapes) {
+      for (EllipseEdge& edge : plane.siblings_of(shape, known)) {
+        edge.weights = weights;
+        edges.push_back(std::move(edge));
+      }
     }
-  }
-}
-
-EllipseEdge ArcMethod::at_full_size(EllipseEdge edge, const cv::Mat& bgr, const DetectorSettings& settings) {
-  constexpr double largest_px = 30;  // of which a pixel of the reduced plane is less than a fifteenth
-  if (edge.reduction == 1 || edge.ellipse.b_px > largest_px) return edge;
-  const cv::Rect box = neighbourhood(edge.ellipse, bgr.size());
-  if (box.width < 16 || box.height < 16) return edge;
-  close_colours_.compute_full_size(bgr(box));
-  const std::size_t plane = edge.weights == ColourPlanes::weights[0] ? 0 : 1;
-  compute_gradient(close_colours_.planes[plane], close_field_);
-  // the same edge is at least a third as strong everywhere
-  const int threshold = std::max(colour_[plane].thresholds.follow, cvRound(edge.support.strength / 3));
-  const EllipseSearch search(close_field_, {threshold, threshold}, fit_frame(box.size()), settings);
-  std::optional<EllipseEdge> best;
-  for (const double scale : {1.0, 0.93, 0.87, 0.81}) {
-    const Ellipse& e = edge.ellipse;
-    const Ellipse guess{e.u_px - box.x, e.v_px - box.y, scale * e.a_px, scale * e.b_px, e.alpha_rad};
-    auto settled = search.settle(guess, edge.bright, settings.min_log_odds);
-    if (settled && (!best || settled->evidence > best->evidence)) best = std::move(settled);
-  }
-  if (!best) return edge;
-  best->ellipse.u_px += box.x;
-  best->ellipse.v_px += box.y;
-  for (int k = 0; k < best->support.count; ++k) {
-    EdgePoint& p = best->support.samples[static_cast<std::size_t>(k)].point;
-    p.u_px += static_cast<float>(box.x), p.v_px += static_cast<float>(box.y);
-  }
-  best->weights = edge.weights;
-  return *best;
+  };
+  add(light_, LightWeights());
+  if (!with_colour) return;
+  for (std::size_t k = 0; k < colour_.size(); ++k) add(colour_[k], Opponents::weights[k]);
 }
 
 cv::Mat ArcMethod::reduced(const cv::Mat& image, int reduction) {
@@ -381,15 +373,16 @@ std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSet
   std::vector<MarkEdges> marks = group_rings(edges, settings.min_ring_ratio);
   const std::size_t count = edges.size();
   add_siblings(marks, with_colour, edges);
-  for (std::size_t k = count; k < edges.size(); ++k)
-    edges[k] = at_full_size(std::move(edges[k]), working, settings);
   if (edges.size() > count) marks = group_rings(settle_owners(std::move(edges)), settings.min_ring_ratio);
   std::vector<Detection> found = detections_of(marks, image, reduction, settings, optics);
   const auto nothing_in = [&](const Detection& circle) {
     const Ellipse e = lessened(circle.inner ? circle.inner->ellipse : circle.outer.ellipse, reduction);
-    return nothing_inside(e, light_.field) &&
+    constexpr double least_in_view = 0.75;
+    return nothing_inside(e, light_.field, least_in_view) &&
            (!with_colour || std::all_of(colour_.begin(), colour_.end(), [&](const Plane& plane) {
-             return nothing_inside(lessened(e, ColourPlanes::reduction), plane.field);
+             Ellipse here = e;
+             here.u_px -= plane.window.x, here.v_px -= plane.window.y;
+             return plane.window.empty() || nothing_inside(here, plane.field, 0);
            }));
   };
   add_rims(image, settings, optics.focal_px_of(image), nothing_in, found);
@@ -400,7 +393,7 @@ std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::R
                                                const Ellipse& expected, Colour colour,
                                                const DetectorSettings& settings, const Optics& optics) {
   // the size at which an ellipse is found with the fewest pixels
-  const int least_semi_minor_px = colour == Colour::used ? 14 * ColourPlanes::reduction : 14;
+  constexpr int least_semi_minor_px = 14;
   const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
   const cv::Mat working = reduced(image(region), reduction);
   std::vector<EllipseEdge> edges =

@@ -44,8 +44,11 @@ class ArcMethod {
     Arcs arcs;
     std::optional<EllipseSearch> search;
     EdgeDirections directions;
+    cv::Rect window;  ///< the part of the frame that is looked at; may be empty
 
-    std::vector<EllipseEdge> find_edges(const cv::Mat& image, const DetectorSettings& settings);
+    /// In a part of the frame; ellipses are in the frame.
+    std::vector<EllipseEdge> find_edges(const cv::Mat& image, const cv::Rect& part,
+                                        const DetectorSettings& settings);
     void find_directions();
     /// Marks of this shape beyond those known.
     [[nodiscard]] std::vector<EllipseEdge> siblings_of(const Ellipse& shape,
@@ -61,6 +64,8 @@ class ArcMethod {
   /// Each of one ellipse, in the light and, with colour, in the colour planes.
   std::vector<EllipseEdge> find_edges(const cv::Mat& working, bool with_colour,
                                       const DetectorSettings& settings);
+  /// Where a colour has any edges, with what may belong to them.
+  cv::Rect window_of(const cv::Mat& halved, cv::Size frame);
   void add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
                         std::vector<EllipseEdge>& edges);
   std::optional<Detection> nearest_in(const cv::Mat& image, const cv::Rect& region, const Ellipse& expected,
@@ -69,15 +74,13 @@ class ArcMethod {
   /// Marks of the size of those found, in every plane looked at.
   void add_siblings(const std::vector<MarkEdges>& marks, bool with_colour, std::vector<EllipseEdge>& edges);
 
-  /// An edge of a small ellipse in a reduced colour plane, at the size of `bgr`: thin rings and blur push it
-  /// outwards by up to a pixel of the reduced plane.
-  EllipseEdge at_full_size(EllipseEdge edge, const cv::Mat& bgr, const DetectorSettings& settings);
-
   Plane light_;
-  ColourPlanes colours_;
-  std::array<Plane, 2> colour_;  ///< of colours_.planes
-  ColourPlanes close_colours_;   ///< of one ellipse's neighbourhood, at full size
-  GradientField close_field_;
+  std::array<cv::Mat, Opponents::count> halved_;
+  GradientField halved_field_;
+  EdgeLinker halved_linker_;
+  EdgeChains halved_chains_;
+  cv::Mat opponent_;
+  std::array<Plane, Opponents::count> colour_;
   cv::Mat small_;
 };
 

@@ -5,15 +5,6 @@
 namespace stevedore {
 namespace {
 
-/// From four times the blue, green and red of a pixel, or sums over four pixels.
-uchar red_green_of(int green, int red) {
-  return static_cast<uchar>((4 * 256 + 4 + red - green) >> 3);
-}
-
-uchar blue_yellow_of(int blue, int green, int red) {
-  return static_cast<uchar>((4 * 512 + 8 + 2 * blue - green - red) >> 4);
-}
-
 #if CV_SIMD
 /// Sums over 2x2 pixels of one channel.
 cv::v_int16 sums_of_four(const cv::v_uint8& above, const cv::v_uint8& below) {
@@ -26,7 +17,41 @@ cv::v_int16 sums_of_four(const cv::v_uint8& above, const cv::v_uint8& below) {
 }
 #endif
 
-/// One row of the planes from two of the image.
+void red_green_row(const uchar* bgr, int width, uchar* out) {
+  int u = 0;
+#if CV_SIMD
+  for (; u <= width - cv::v_uint8::nlanes; u += cv::v_uint8::nlanes) {
+    cv::v_uint8 blue, green, red;
+    cv::v_load_deinterleave(bgr + 3 * u, blue, green, red);
+    cv::v_uint16 g0, g1, r0, r1;
+    cv::v_expand(green, g0, g1);
+    cv::v_expand(red, r0, r1);
+    const cv::v_uint16 grey = cv::vx_setall_u16(256);
+    cv::v_store(out + u, cv::v_pack((grey + r0 - g0) >> 1, (grey + r1 - g1) >> 1));
+  }
+#endif
+  for (; u < width; ++u) out[u] = static_cast<uchar>((256 + bgr[3 * u + 2] - bgr[3 * u + 1]) >> 1);
+}
+
+void blue_yellow_row(const uchar* bgr, int width, uchar* out) {
+  int u = 0;
+#if CV_SIMD
+  for (; u <= width - cv::v_uint8::nlanes; u += cv::v_uint8::nlanes) {
+    cv::v_uint8 blue, green, red;
+    cv::v_load_deinterleave(bgr + 3 * u, blue, green, red);
+    cv::v_uint16 b0, b1, g0, g1, r0, r1;
+    cv::v_expand(blue, b0, b1);
+    cv::v_expand(green, g0, g1);
+    cv::v_expand(red, r0, r1);
+    const cv::v_uint16 grey = cv::vx_setall_u16(512);
+    cv::v_store(out + u, cv::v_pack((grey + b0 + b0 - g0 - r0) >> 2, (grey + b1 + b1 - g1 - r1) >> 2));
+  }
+#endif
+  for (; u < width; ++u)
+    out[u] = static_cast<uchar>((512 + 2 * bgr[3 * u] - bgr[3 * u + 1] - bgr[3 * u + 2]) >> 2);
+}
+
+/// One row of both planes, halved, from two of the image.
 void halve_rows(const uchar* above, const uchar* below, int width, uchar* red_green, uchar* blue_yellow) {
   int u = 0;
 #if CV_SIMD
@@ -50,31 +75,29 @@ void halve_rows(const uchar* above, const uchar* below, int width, uchar* red_gr
   for (; u < width; ++u) {
     const uchar *a = above + 6 * u, *b = below + 6 * u;
     const auto sum = [&](int channel) { return a[channel] + a[channel + 3] + b[channel] + b[channel + 3]; };
-    red_green[u] = red_green_of(sum(1), sum(2));
-    blue_yellow[u] = blue_yellow_of(sum(0), sum(1), sum(2));
+    red_green[u] = static_cast<uchar>((4 * 256 + 4 + sum(2) - sum(1)) >> 3);
+    blue_yellow[u] = static_cast<uchar>((4 * 512 + 8 + 2 * sum(0) - sum(1) - sum(2)) >> 4);
   }
 }
 
 }  // namespace
 
-void ColourPlanes::compute(const cv::Mat& bgr) {
-  static_assert(reduction == 2);
-  const cv::Size size = bgr.size() / reduction;  // an odd last row or column makes no whole pixel
+void compute_opponent(const cv::Mat& bgr, std::size_t which, cv::Mat& plane) {
+  plane.create(bgr.size(), CV_8UC1);
+  for (int v = 0; v < bgr.rows; ++v) {
+    if (which == 0) {
+      red_green_row(bgr.ptr(v), bgr.cols, plane.ptr(v));
+    } else {
+      blue_yellow_row(bgr.ptr(v), bgr.cols, plane.ptr(v));
+    }
+  }
+}
+
+void compute_halved_opponents(const cv::Mat& bgr, std::array<cv::Mat, Opponents::count>& planes) {
+  const cv::Size size = bgr.size() / 2;  // an odd last row or column makes no whole pixel
   for (cv::Mat& plane : planes) plane.create(size, CV_8UC1);
   for (int v = 0; v < size.height; ++v)
     halve_rows(bgr.ptr(2 * v), bgr.ptr(2 * v + 1), size.width, planes[0].ptr(v), planes[1].ptr(v));
-}
-
-void ColourPlanes::compute_full_size(const cv::Mat& bgr) {
-  for (cv::Mat& plane : planes) plane.create(bgr.size(), CV_8UC1);
-  for (int v = 0; v < bgr.rows; ++v) {
-    const uchar* p = bgr.ptr(v);
-    for (int u = 0; u < bgr.cols; ++u, p += 3) {
-      const int blue = 4 * p[0], green = 4 * p[1], red = 4 * p[2];
-      planes[0].ptr(v)[u] = red_green_of(green, red);
-      planes[1].ptr(v)[u] = blue_yellow_of(blue, green, red);
-    }
-  }
 }
 
 }  // namespace stevedore

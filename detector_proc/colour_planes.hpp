@@ -1,4 +1,4 @@
-// Colour without lightness, at half the frame's size: paint as bright as its ground shows there.
+// Colour without lightness: paint as bright as its ground shows there.
 #pragma once
 
 #include <array>
@@ -8,21 +8,20 @@
 
 namespace stevedore {
 
-/// The two opponent colours (Hering 1878) as grey images, 128 for grey: red against green, and blue against
-/// both. Half the size: cameras, JPEG and video have no more of colour (4:2:0), and the mean of four pixels
-/// makes up for the noise of a difference.
-struct ColourPlanes {
-  static constexpr int reduction = 2;
-  /// The planes' weights of blue, green and red.
-  static constexpr std::array<LightWeights, 2> weights{LightWeights{0, -0.5F, 0.5F},
-                                                       LightWeights{0.5F, -0.25F, -0.25F}};
-  std::array<cv::Mat, 2> planes;  ///< CV_8UC1
-
-  /// Fills them in from a bgr8 image; memory is used again where the size is the same.
-  void compute(const cv::Mat& bgr);
-
-  /// The same without the reduction: for a neighbourhood that is looked at closely.
-  void compute_full_size(const cv::Mat& bgr);
+/// The two opponent colours (Hering 1878), red against green, and blue against both, as grey images, 128 for
+/// grey.
+struct Opponents {
+  static constexpr std::size_t count = 2;
+  /// What of blue, green and red counts in each.
+  static constexpr std::array<LightWeights, count> weights{LightWeights{0, -0.5F, 0.5F},
+                                                           LightWeights{0.5F, -0.25F, -0.25F}};
 };
+
+/// One of them of a bgr8 image; memory is used again where the size is the same.
+void compute_opponent(const cv::Mat& bgr, std::size_t which, cv::Mat& plane);
+
+/// Both at half the size, each pixel the mean of four: where there is colour at all shows there at a quarter
+/// of the cost.
+void compute_halved_opponents(const cv::Mat& bgr, std::array<cv::Mat, Opponents::count>& planes);
 
 }  // namespace stevedore

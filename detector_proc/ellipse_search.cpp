@@ -183,7 +183,7 @@ std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright br
     drop_outliers(support);
     if (log_odds(support) < min_log_odds - slack) return std::nullopt;
   }
-  EllipseEdge edge{e, bright, look(1, sample_count(e)), 0, 0, {}, 1};
+  EllipseEdge edge{e, bright, look(1, sample_count(e)), 0, 0, {}};
   drop_outliers(edge.support);
   edge.evidence = log_odds(edge.support);
   if (edge.evidence < min_log_odds) return std::nullopt;
@@ -210,8 +210,8 @@ std::optional<EllipseEdge> EllipseSearch::settle_like(const Ellipse& guess, Brig
     drop_outliers(support);
     if (log_odds(support) < min_log_odds - slack) return std::nullopt;
   }
-  EllipseEdge edge{e,  bright, look_along(field_, e, bright, 1.5, thresholds_.follow, sample_count(e)), 0, 0,
-                   {}, 1};
+  EllipseEdge edge{e, bright, look_along(field_, e, bright, 1.5, thresholds_.follow, sample_count(e)),
+                   0, 0,      {}};
   drop_outliers(edge.support);
   edge.evidence = log_odds(edge.support);
   if (edge.evidence < min_log_odds) return std::nullopt;

@@ -21,7 +21,6 @@ struct EllipseEdge {
   double evidence = 0;
   double open_px = 0;    ///< deviation of the edge where the fit leaves it open most
   LightWeights weights;  ///< of the plane in which it was found
-  int reduction = 1;     ///< of that plane
 };
 
 /// What two arcs are asked first: an ellipse through an arc lies beyond its chord and on the inner side of

@@ -98,13 +98,14 @@ std::optional<bool> plain_inside(const Ellipse& e, const GradientField& field, i
 
 }  // namespace
 
-bool nothing_inside(const Ellipse& e, const GradientField& field) {
+bool nothing_inside(const Ellipse& e, const GradientField& field, double least_in_field) {
   // what is a step of two grey levels to the frame's thresholds, and more than white noise ever is: 3.5
   // medians, taken from the lowest quarter since a small circle is full of a cargo's edges
   constexpr int faintest = 2 * GradientField::step_response;
   constexpr double noise_quarters = 5.4;
   auto samples = sample_inside(e, field);
-  if (!samples || 4 * samples->in_frame < 3 * samples->all) return false;
+  if (!samples || samples->in_frame < least_in_field * samples->all) return false;
+  if (samples->in_frame == 0) return true;
   const auto quarter = samples->magnitudes.begin() + samples->in_frame / 4;
   std::nth_element(samples->magnitudes.begin(), quarter, samples->magnitudes.begin() + samples->in_frame);
   return so_few(samples->above(std::max(faintest, static_cast<int>(noise_quarters * *quarter))), *samples);

@@ -23,7 +23,7 @@ std::vector<MarkMeaning> find_meanings(const std::vector<MarkEdges>& marks, cons
                                        const EdgeThresholds& thresholds);
 
 /// Nothing stands well within the ellipse: no edge there is above the noise of its own inside. False where
-/// the ellipse is too small to say, or a quarter of it is out of view.
-bool nothing_inside(const Ellipse& e, const GradientField& field);
+/// the ellipse is too small to say, or less than this share of it is in the field.
+bool nothing_inside(const Ellipse& e, const GradientField& field, double least_in_field);
 
 }  // namespace stevedore
