@@ -2,9 +2,11 @@
 // deck.
 #include "mission_proc/carry.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "mission_proc/hanging.hpp"
 
@@ -46,6 +48,8 @@ class Bench {
     if (++steps_ % 5 == 0) look();
     if (carry_.action() == Action::release) closed_ = false;
     carry_.hear(HookReport{closed_ && !stands ? 15.0 : 0.0, closed_});
+    if (const double range_m = -position_m_.z() - 0.25; in_view)  // of a laser at the default place
+      carry_.hear_laser(now(), range_m + laser_off_m);
   }
 
   /// False: not within the time.
@@ -60,6 +64,22 @@ class Bench {
     return run_until([&] { return carry_.phase() == phase; });
   }
   void close() { closed_ = true; }
+  /// The wind holds the aircraft over the middle of the target's platform.
+  void push_to_middle() {
+    const SlotId target = carry_.record().target.value();
+    push_m.head<2>() =
+        Eigen::Vector2d(10.0 * target.platform, 0) - circle_m(target.platform, target.slot).head<2>();
+  }
+  [[nodiscard]] bool raised(Emergency kind) const {
+    const auto all = carry_.emergencies();
+    return std::any_of(all.begin(), all.end(), [&](const RaisedEmergency& e) { return e.kind == kind; });
+  }
+  /// Until it is, or is no longer, raised; nothing if that takes too long.
+  std::optional<double> seconds_until(Emergency kind, bool is_raised, double longest_s) {
+    const double start_s = time_s_;
+    if (!run_until([&] { return raised(kind) == is_raised; }, longest_s)) return std::nullopt;
+    return time_s_ - start_s;
+  }
   [[nodiscard]] const Carry& carry() const { return carry_; }
   /// Of the aircraft against where it would be with its hook over the target's circle.
   [[nodiscard]] double hook_over_goal_m() const { return -position_m_.z() - 0.35 - 0.8 - 0.42; }
@@ -70,7 +90,8 @@ class Bench {
 
   Eigen::Vector3d push_m = Eigen::Vector3d::Zero();  ///< by the wind
   bool stands = false;                               ///< the deck bears the cargo
-  bool in_view = true;
+  bool in_view = true, numbers_certain = true, frozen = false;
+  double laser_off_m = 0;
   Eigen::Vector2d put_m = Eigen::Vector2d::Zero();  ///< of cargoes from their circles' middles
 
  private:
@@ -89,8 +110,11 @@ class Bench {
     return {10.0 * platform + (slot < 2 ? 1.0 : -1.0), slot % 2 == 0 ? 1.0 : -1.0, 0};
   }
 
+  [[nodiscard]] std::int64_t now() const { return static_cast<std::int64_t>(std::llround(time_s_ * 1e6)); }
+
   void look() {
-    const auto utime = static_cast<std::int64_t>(std::llround(time_s_ * 1e6));
+    const std::int64_t utime = now();
+    if (!frozen) noise_px_ = 0.01 * (steps_ % 1000);
     LevelFrame frame;
     frame.utime = utime;
     for (int platform = 0; platform < 2 && in_view; ++platform) {
@@ -98,7 +122,7 @@ class Bench {
       news.platform = platform;
       news.utime = news.seen_utime = utime;
       const Eigen::Vector3d middle_m(10.0 * platform, 0, 0), still = Eigen::Vector3d::Zero(), up(0, 0, -1);
-      news.identity_certain = true;
+      news.identity_certain = numbers_certain;
       news.knots = {{0, middle_m, still, up, true}, {1, middle_m, still, up, true}};
       for (int slot = 0; slot < 4; ++slot) {
         const bool occupied = platform == 0 || (!closed_ && carry_.phase() == Phase::verify_drop);
@@ -121,6 +145,7 @@ class Bench {
     out_m.head<2>() += put_m;
     LevelMark mark;
     mark.label = Label::cargo;
+    mark.image_px = {noise_px_, 0};
     mark.from_camera_level_m = {-s * out_m.x() + c * out_m.y(), -c * out_m.x() - s * out_m.y(), out_m.z()};
     return mark;
   }
@@ -128,6 +153,7 @@ class Bench {
   Carry carry_;
   bool closed_;
   double time_s_ = 10, heading_rad_ = 0;
+  double noise_px_ = 0;  ///< by which a live camera's frames differ
   int steps_ = 0;
   Eigen::Vector3d position_m_ = Eigen::Vector3d(4, 0, -5), velocity_mps_ = Eigen::Vector3d::Zero();
 };
@@ -239,4 +265,59 @@ TEST_CASE("carry: what was chosen before counts when the platform comes into vie
   REQUIRE(bench.run_to(Phase::approach));
   CHECK(bench.carry().record().target == before);
   CHECK_THAT(bench.carry().reason(), Contains("chosen before"));
+}
+
+TEST_CASE("carry: emergencies are told within their delays, and over when their causes are") {
+  // at most as long: the delay of the board, and of what is looked at ten times a second
+  struct Provoked {
+    Emergency kind;
+    Phase phase;
+    bool loaded;
+    std::function<void(Bench&, bool)> cause;
+    double earliest_s, latest_s, over_latest_s;
+  };
+  const CarrySettings defaults;
+  const auto provoked = GENERATE_REF(values<Provoked>({
+      {Emergency::platform_not_found, Phase::search, false, [](Bench& b, bool on) { b.in_view = !on; }, 29.5,
+       30.5, 0.3},
+      {Emergency::target_lost, Phase::approach, false, [](Bench& b, bool on) { b.in_view = !on; },
+       defaults.oldest_s - 0.2, defaults.oldest_s + 0.2, 0.6},
+      {Emergency::identity_uncertain, Phase::approach, false,
+       [](Bench& b, bool on) { b.numbers_certain = !on; }, 1, 1.3, 1.3},
+      {Emergency::camera_frozen, Phase::approach, false, [](Bench& b, bool on) { b.frozen = on; }, 0.4, 0.8,
+       0.3},
+      {Emergency::cargo_lost, Phase::approach, true, [](Bench& b, bool on) { b.stands = on; }, 0.4, 0.7,
+       10.3},
+  }));
+  CAPTURE(static_cast<int>(provoked.kind));
+  Bench bench(provoked.loaded);
+  if (provoked.phase == Phase::search) bench.in_view = false;
+  REQUIRE(bench.run_to(provoked.phase));
+  CHECK_FALSE(bench.raised(provoked.kind));
+  provoked.cause(bench, true);
+  const auto after_s = bench.seconds_until(provoked.kind, true, 60);
+  REQUIRE(after_s);
+  CHECK(*after_s >= provoked.earliest_s);
+  CHECK(*after_s <= provoked.latest_s);
+  provoked.cause(bench, false);
+  const auto over_after_s = bench.seconds_until(provoked.kind, false, 60);
+  REQUIRE(over_after_s);
+  CHECK(*over_after_s <= provoked.over_latest_s);
+}
+
+TEST_CASE("carry: a laser that contradicts vision over the deck is told, and over when it agrees") {
+  Bench bench(false);
+  REQUIRE(bench.run_to(Phase::approach));
+  bench.push_to_middle();
+  for (int i = 0; i < 250; ++i) bench.step();
+  CHECK_FALSE(bench.raised(Emergency::altitude_disagrees));
+  bench.laser_off_m = 0.8;
+  const auto after_s = bench.seconds_until(Emergency::altitude_disagrees, true, 10);
+  REQUIRE(after_s);
+  CHECK(*after_s >= 1);
+  CHECK(*after_s < 1.2);
+  bench.laser_off_m = 0;
+  const auto over_after_s = bench.seconds_until(Emergency::altitude_disagrees, false, 10);
+  REQUIRE(over_after_s);
+  CHECK(*over_after_s < 1.2);
 }
