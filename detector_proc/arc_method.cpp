@@ -188,8 +188,6 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
       continue;
     }
     const RimRadii radii = rim_radii(circle, settings, focal_px);
-    const RimSearch search = look_for_rim(image, circle, found[i].inner, radii);
-    found[i].occupied = search.occupied;
     for (Detection& d : found)
       if (d.label == Label::cargo && is_within(d.outer.ellipse, circle)) d.label = Label::unknown;
     if (Detection* standing = radii.known ? rim_among(found, circle, radii) : nullptr) {
@@ -198,6 +196,8 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
       found[i].occupied = true;
       continue;
     }
+    const RimSearch search = look_for_rim(image, circle, found[i].inner, radii);
+    found[i].occupied = search.occupied;
     if (!search.rim) continue;
     const auto same = std::find_if(found.begin(), found.end(), [&](const Detection& d) {
       const Ellipse& e = d.outer.ellipse;
