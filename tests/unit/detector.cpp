@@ -328,6 +328,48 @@ TEST_CASE("a grey image and the same in colour give the same") {
   CHECK(a[0].outer.ellipse.a_px == Approx(b[0].outer.ellipse.a_px).margin(1e-4));
 }
 
+TEST_CASE("thin rings as light as their ground are found by their colour, and where they are") {
+  std::mt19937 random(5);
+  const cv::Scalar grey = cv::Scalar::all(128), red(56, 95, 220), blue(255, 105, 125);  // luminance 128
+  for (const cv::Scalar& colour : {red, blue}) {
+    cv::Mat image(480, 640, CV_8UC3, grey);
+    const Ellipse first{120.3, 300.8, 15.7, 15.4, 0.4}, second{170.6, 310.2, 15.6, 15.3, 0.4};
+    for (const Ellipse& e : {first, second}) {
+      paint(image, e, colour);
+      paint(image, {e.u_px, e.v_px, 0.74 * e.a_px, 0.74 * e.b_px, e.alpha_rad}, grey);
+    }
+    cv::GaussianBlur(image, image, {0, 0}, 0.7);
+    add_noise(image, 3, random);
+    const auto found = Detector().detect(image);
+    INFO("blue " << colour[0]);
+    REQUIRE(found.size() == 2);
+    for (const Detection& d : found) {
+      const Ellipse& e = d.outer.ellipse;
+      const Ellipse& truth = e.u_px < 145 ? first : second;
+      CHECK(d.label == Label::circle);
+      CHECK(std::hypot(e.u_px - truth.u_px, e.v_px - truth.v_px) < 0.3);
+      CHECK(e.b_px == Approx(truth.b_px).margin(0.3));
+    }
+  }
+}
+
+TEST_CASE("a region search tells that a circle is empty, and leaves what stands in it to whole frames") {
+  const Ellipse circle{160, 120, 80, 76, 0};
+  cv::Mat image(240, 320, CV_8UC3, cv::Scalar(70, 90, 80));
+  paint(image, circle, cv::Scalar(220, 225, 230));
+  const Detector detector;
+  Detection expected;
+  expected.outer.ellipse = {164, 118, 82, 78, 0};
+  expected.label = Label::circle;
+  const auto empty = detector.detect_near(image, expected);
+  REQUIRE(empty);
+  CHECK(empty->occupied == false);
+  paint(image, {180, 110, 28, 26.6, 0}, cv::Scalar(150, 60, 40));
+  const auto occupied = detector.detect_near(image, expected);
+  REQUIRE(occupied);
+  CHECK(occupied->occupied != false);
+}
+
 TEST_CASE("frames with nothing to see give nothing") {
   const Detector detector;
   CHECK(detector.detect({}).empty());
