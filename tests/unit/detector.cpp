@@ -1,10 +1,12 @@
 #include "detector_proc/detector.hpp"
+#include "detector_proc/colour_planes.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "detector_proc/colour_planes.hpp"
 #include "detector_proc/conic_sums.hpp"
 #include "detector_proc/edge_thresholds.hpp"
 #include "detector_proc/gradient_field.hpp"
@@ -79,6 +81,33 @@ TEST_CASE("gradient: every pixel as the formula has it, whatever the width leave
       for (int u = 0; u < size.width; ++u)
         CHECK(field.gradient.at<cv::Vec2s>(v, u)[0] == expected.at<short>(v, u));
     }
+  }
+}
+
+TEST_CASE(
+    "opponent colours: every pixel as the formulas have it, whatever the width leaves over for vectors") {
+  cv::Mat image(7, 83, CV_8UC3);
+  cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
+  const auto opponent = [](std::size_t which, double blue, double green, double red) {
+    return which == 0 ? 128 + (red - green) / 2 : 128 + (2 * blue - green - red) / 4;
+  };
+  std::array<cv::Mat, Opponents::count> halved;
+  compute_halved_opponents(image, halved);
+  for (std::size_t which = 0; which < Opponents::count; ++which) {
+    cv::Mat plane;
+    compute_opponent(image, which, plane);
+    REQUIRE(plane.size() == image.size());
+    for (int v = 0; v < image.rows; ++v)
+      for (int u = 0; u < image.cols; ++u) {
+        const auto& p = image.at<cv::Vec3b>(v, u);
+        REQUIRE(plane.at<uchar>(v, u) == std::floor(opponent(which, p[0], p[1], p[2])));
+      }
+    REQUIRE(halved[which].size() == cv::Size(41, 3));
+    for (int v = 0; v < 3; ++v)
+      for (int u = 0; u < 41; ++u) {
+        const cv::Scalar mean = cv::mean(image(cv::Rect(2 * u, 2 * v, 2, 2)));
+        REQUIRE(std::abs(halved[which].at<uchar>(v, u) - opponent(which, mean[0], mean[1], mean[2])) <= 0.5);
+      }
   }
 }
 
