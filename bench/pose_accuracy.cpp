@@ -277,9 +277,9 @@ int main(int argc, char** argv) {
       "pose_accuracy");
   Options options;
   app.add_flag("--ring", options.ring, "a ring 0.1 m wide instead of a disc");
-  app.add_flag("--distorted", options.distorted, "through a barrel lens");
-  app.add_flag("--straighten", options.straighten,
-               "with --distorted: ellipses of the image as given, straightened");
+  auto* distorted = app.add_flag("--distorted", options.distorted, "through a barrel lens");
+  app.add_flag("--straighten", options.straighten, "ellipses of the image as given, straightened")
+      ->needs(distorted);
   app.add_option("--hidden", options.hidden_share, "share of the outline that is hidden")
       ->check(CLI::Range(0.0, 0.6));
   app.add_option("--seeds", options.seeds, "noise seeds a case")->check(CLI::Range(1, 1000));

@@ -3,20 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detector_proc/ellipse_covariance.hpp"
 #include "detector_proc/ellipse_distance.hpp"
 #include "detector_proc/evidence.hpp"
 
 namespace stevedore {
 namespace {
-
-/// One look along an ellipse: band as a share of the semi-minor axis, its least width, most samples, and how
-/// much evidence later rounds may still bring.
-struct Round {
-  double share, least_px;
-  int most_count;
-  double slack;
-};
 
 Bright bright_of(const Arc& arc) {
   return arc.turn_rad > 0 ? Bright::within : Bright::without;
@@ -166,57 +157,46 @@ bool EllipseSearch::plausible(const Ellipse& e) const {
 
 std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright bright,
                                                  double min_log_odds) const {
-  if (!plausible(guess)) return std::nullopt;
-  Ellipse e = guess;
-  const auto look = [&](double band_px, int count) {
-    return look_along(field_, e, bright, band_px, thresholds_.follow, count);
-  };
-  // in a band that shrinks, as long as the evidence would do if every edge found were in its place
-  for (const auto& [share, least_px, most_count, slack] :
-       {Round{0.06, 2, 24, 9}, Round{0.06, 2, 48, 4}, Round{0.03, 2, 96, 2}}) {
-    EdgeSupport support =
-        look(std::clamp(share * e.b_px, least_px, 6.0), std::min(sample_count(e), most_count));
-    if (best_log_odds(support) < min_log_odds) return std::nullopt;
-    const auto better = refit(support, e);
-    if (!better || !plausible(*better)) return std::nullopt;
-    e = *better;
-    drop_outliers(support);
-    if (log_odds(support) < min_log_odds - slack) return std::nullopt;
-  }
-  EllipseEdge edge{e, bright, look(1, sample_count(e)), 0, 0, {}};
-  drop_outliers(edge.support);
-  edge.evidence = log_odds(edge.support);
-  if (edge.evidence < min_log_odds) return std::nullopt;
-  edge.open_px = worst_deviation_px(e, covariance_of(e, edge.support, std::max(edge.support.rms_px, 0.1)));
-  if (edge.open_px > settings_.max_open_ratio * e.b_px) return std::nullopt;
-  return edge;
+  static constexpr Looks looks{{{{0.06, 24, 9}, {0.06, 48, 4}, {0.03, 96, 2}}}, 6, 1};
+  return settle(guess, bright, min_log_odds, looks, std::nullopt);
 }
 
 std::optional<EllipseEdge> EllipseSearch::settle_like(const Ellipse& guess, Bright bright) const {
   // of a hundred ellipses that texture makes one is within a twentieth of given semi-axes, of a set's marks
   // every one
   constexpr double known_shape_log_odds = 4.6;
-  const double min_log_odds = settings_.min_log_odds - known_shape_log_odds;
-  const ShapePrior prior{guess};
+  // in bands twice as wide and more, since only votes tell the place, edges are further off at first
+  static constexpr Looks looks{{{{0.15, 24, 14}, {0.08, 48, 8}, {0.05, 96, 4}}}, 8, 1.5};
+  return settle(guess, bright, settings_.min_log_odds - known_shape_log_odds, looks, ShapePrior{guess});
+}
+
+std::optional<EllipseEdge> EllipseSearch::settle(const Ellipse& guess, Bright bright, double min_log_odds,
+                                                 const Looks& looks,
+                                                 const std::optional<ShapePrior>& prior) const {
+  constexpr double least_band_px = 2;
+  if (!plausible(guess)) return std::nullopt;
   Ellipse e = guess;
-  for (const auto& [share, least_px, most_count, slack] :
-       {Round{0.15, 2, 24, 14}, Round{0.08, 2, 48, 8}, Round{0.05, 2, 96, 4}}) {
-    EdgeSupport support = look_along(field_, e, bright, std::clamp(share * e.b_px, least_px, 8.0),
-                                     thresholds_.follow, std::min(sample_count(e), most_count));
+  const auto look = [&](double band_px, int count) {
+    return look_along(field_, e, bright, band_px, thresholds_.follow, count);
+  };
+  // as long as the evidence would do if every edge found were in its place
+  for (const auto& [share, most_count, slack] : looks.rounds) {
+    EdgeSupport support = look(std::clamp(share * e.b_px, least_band_px, looks.widest_band_px),
+                               std::min(sample_count(e), most_count));
     if (best_log_odds(support) < min_log_odds) return std::nullopt;
-    const auto better = refit(support, e, prior);
+    const auto better = prior ? refit(support, e, *prior) : refit(support, e);
     if (!better || !plausible(*better)) return std::nullopt;
     e = *better;
     drop_outliers(support);
     if (log_odds(support) < min_log_odds - slack) return std::nullopt;
   }
-  EllipseEdge edge{e, bright, look_along(field_, e, bright, 1.5, thresholds_.follow, sample_count(e)),
-                   0, 0,      {}};
+  EllipseEdge edge{e, bright, look(looks.last_band_px, sample_count(e)), 0, 0, {}};
   drop_outliers(edge.support);
   edge.evidence = log_odds(edge.support);
   if (edge.evidence < min_log_odds) return std::nullopt;
-  edge.open_px =
-      worst_deviation_px(e, covariance_of(e, edge.support, std::max(edge.support.rms_px, 0.1), prior));
+  const double deviation_px = std::max(edge.support.rms_px, 0.1);
+  edge.open_px = worst_deviation_px(e, prior ? covariance_of(e, edge.support, deviation_px, *prior)
+                                             : covariance_of(e, edge.support, deviation_px));
   if (edge.open_px > settings_.max_open_ratio * e.b_px) return std::nullopt;
   return edge;
 }

@@ -9,6 +9,7 @@
 #include "detector_proc/detector_settings.hpp"
 #include "detector_proc/edge_support.hpp"
 #include "detector_proc/edge_thresholds.hpp"
+#include "detector_proc/ellipse_covariance.hpp"
 #include "detector_proc/light_image.hpp"
 
 namespace stevedore {
@@ -53,6 +54,20 @@ class EllipseSearch {
   [[nodiscard]] std::optional<EllipseEdge> settle_like(const Ellipse& guess, Bright bright) const;
 
  private:
+  /// Looks along an ellipse, in bands that shrink.
+  struct Looks {
+    struct Round {
+      double share;  ///< width of the band to either side, in semi-minor axes
+      int most_count;
+      double slack;  ///< evidence that later rounds may still bring
+    };
+    std::array<Round, 3> rounds;
+    double widest_band_px;
+    double last_band_px;  ///< in which what is found counts
+  };
+  [[nodiscard]] std::optional<EllipseEdge> settle(const Ellipse& guess, Bright bright, double min_log_odds,
+                                                  const Looks& looks,
+                                                  const std::optional<ShapePrior>& prior) const;
   void from_single_arcs();
   void find_hulls();
   void from_pairs();

@@ -305,10 +305,14 @@ int Carry::goal_platform() const {
   return record_.loaded ? settings_.drop_platform : settings_.load_platform;
 }
 
+double Carry::goal_age_s() const {
+  const DeckPath* course = deck(goal_platform());
+  return course && !course->news().slots.empty() ? course->age_s(utime_) : HUGE_VAL;
+}
+
 bool Carry::sees_deck() const {
   constexpr double a_moment_s = 3;
-  const DeckPath* course = deck(goal_platform());
-  return course && !course->news().slots.empty() && course->age_s(utime_) < a_moment_s;
+  return goal_age_s() < a_moment_s;
 }
 
 double Carry::camera_height_m(const DeckPath& course) const {

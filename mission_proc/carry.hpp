@@ -157,6 +157,8 @@ class Carry {
   [[nodiscard]] const DeckPath* deck(int platform) const;
   [[nodiscard]] int goal_platform() const;
   /// The platform that comes next was in view a moment ago, and its circles are known.
+  /// Since the platform to load from or drop on was seen with its circles; without end: never.
+  [[nodiscard]] double goal_age_s() const;
   [[nodiscard]] bool sees_deck() const;
   /// Of the camera over a deck's middle.
   [[nodiscard]] double camera_height_m(const DeckPath& course) const;

@@ -112,15 +112,12 @@ std::optional<Event> Carry::none_left() {
 
 std::optional<Event> Carry::look_in_search() {
   if (const auto event = none_left()) return event;
-  const DeckPath* course = deck(goal_platform());
-  const bool seen = course && !course->news().slots.empty() && course->age_s(utime_) < settings_.oldest_s;
-  board_.set(Emergency::platform_not_found, !seen, seconds(utime_),
-             fmt::format("platform {} is not in view", goal_platform()));
   candidates_.clear();
-  if (!seen) {
+  if (goal_age_s() >= settings_.oldest_s) {
     nothing_since_.reset();
     return std::nullopt;
   }
+  const DeckPath* course = deck(goal_platform());
   ChoiceInputs inputs;
   inputs.deck = course;
   inputs.utime = utime_;

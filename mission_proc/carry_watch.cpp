@@ -65,9 +65,11 @@ void Carry::watch_target() {
   const DeckPath* course = record_.target ? deck(record_.target->platform) : nullptr;
   board_.set(Emergency::identity_uncertain, at_it && course && !course->news().identity_certain,
              seconds(utime_), "the numbers of the target's platform and circles may be others");
+  board_.set(Emergency::platform_not_found,
+             record_.phase == Phase::search && goal_age_s() >= settings_.oldest_s, seconds(utime_),
+             fmt::format("platform {} is not in view", goal_platform()));
   // what happened is over at once, and stays to be read for the time that the board keeps it
   board_.set(Emergency::cargo_lost, false, seconds(utime_), "");
-  if (record_.phase != Phase::search) board_.set(Emergency::platform_not_found, false, seconds(utime_), "");
 }
 
 }  // namespace stevedore
