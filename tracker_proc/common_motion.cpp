@@ -30,6 +30,11 @@ constexpr std::size_t kProposals = 100;
 // much of the distance between them; what each is thought to know of its velocity adds a pixel.
 constexpr double kDeformation = 0.02, kDeformation_px = 1;
 
+// Marks that look alike don't overlap: ellipses nearer to each other than one radius of the smaller are two
+// edges of one thing, as a bucket's rim and the outline of its wall. Which is which says nothing about the
+// shift.
+constexpr double kOneThing_radii = 1;
+
 // The second best explanation counts while it is a thousandth as likely as the best.
 const double kDoubt = std::log(1000.0);
 
@@ -107,34 +112,41 @@ struct Proposal {
   std::vector<const Pair*> pairs;
 };
 
-/// Each expected mark (the pairs are in their order) takes the ellipse that fits best of those still free.
-/// One that takes none should have been found where the shift puts it, or is out of view there; but a jump is
-/// no excuse: what covers many marks at once (a hand, blur) is likelier than one that puts them out of view.
+/// What a shift explains: the pairs that agree with it, those that fit best first; each mark and each ellipse
+/// once. A mark that takes none should have been found where the shift puts it, or is out of view there; but
+/// a jump is no excuse: what covers many marks at once (a hand, blur) is likelier than one that puts them out
+/// of view.
 Proposal proposal_of(const Scene& scene, const Pair& leader, const Prior& prior) {
+  struct Candidate {
+    const Pair* pair;
+    double gain;
+  };
   Proposal proposal{prior.log_density, prior.movement, {}};
-  std::vector<bool> taken(scene.found.size(), false);
-  taken[leader.found] = true;
-  std::size_t next = 0;
+  std::vector<double> alone(scene.expected.size());
   for (std::size_t mark = 0; mark < scene.expected.size(); ++mark) {
     double probability = found_probability(scene.expected[mark], leader.off_px, scene.frame);
     if (prior.movement == Movement::jump)
       probability = std::max(probability, found_probability(scene.expected[mark], {0, 0}, scene.frame));
-    const double alone = std::log((1 - probability) / probability) + log_newcomer_density(scene.frame);
-    const Pair* best = mark == leader.expected ? &leader : nullptr;
-    double most = best ? leader.likeness - alone : 0;
-    for (; next < scene.pairs.size() && scene.pairs[next].expected == mark; ++next) {
-      const Pair& pair = scene.pairs[next];
-      if (mark == leader.expected || taken[pair.found]) continue;
-      const double squared = (pair.off_px - leader.off_px).squaredNorm();
-      const double variance = pair.variance_px2 + leader.variance_px2 + deformation_px2(scene, pair, leader);
-      if (squared > 50 * variance) continue;  // exp(-25): never worth the logarithm
-      const double gain = pair.likeness - alone + log_normal_density(squared, variance);
-      if (gain > most) best = &pair, most = gain;
-    }
-    proposal.gain += std::log(1 - probability) + most;
-    if (!best) continue;
-    proposal.pairs.push_back(best);
-    taken[best->found] = true;
+    alone[mark] = std::log((1 - probability) / probability) + log_newcomer_density(scene.frame);
+    proposal.gain += std::log(1 - probability);
+  }
+  std::vector<Candidate> candidates{{&leader, leader.likeness - alone[leader.expected]}};
+  for (const Pair& pair : scene.pairs) {
+    if (pair.expected == leader.expected || pair.found == leader.found) continue;
+    const double squared = (pair.off_px - leader.off_px).squaredNorm();
+    const double variance = pair.variance_px2 + leader.variance_px2 + deformation_px2(scene, pair, leader);
+    if (squared > 50 * variance) continue;  // exp(-25): never worth the logarithm
+    const double gain = pair.likeness - alone[pair.expected] + log_normal_density(squared, variance);
+    if (gain > 0) candidates.push_back({&pair, gain});
+  }
+  std::stable_sort(candidates.begin() + 1, candidates.end(),
+                   [](const Candidate& x, const Candidate& y) { return x.gain > y.gain; });
+  std::vector<bool> placed(scene.expected.size()), taken(scene.found.size());
+  for (const auto& [pair, gain] : candidates) {
+    if (placed[pair->expected] || taken[pair->found]) continue;
+    placed[pair->expected] = taken[pair->found] = true;
+    proposal.gain += gain;
+    proposal.pairs.push_back(pair);
   }
   return proposal;
 }
@@ -184,14 +196,21 @@ std::vector<Proposal> proposals_of(const Scene& scene) {
   return proposals;
 }
 
-/// Whether an ellipse is one mark for one of them and another for the other, and both marks are there.
+/// Whether they are two shifts: more ellipses are one mark for one of them and another, elsewhere, for the
+/// other, both of them there, than are the same mark for both. Where most are the same, so is the shift, and
+/// the rest is up to the assignment.
 bool contradict(const Scene& scene, const Proposal& one, const Proposal& other) {
+  int same = 0, different = 0;
   for (const Pair* p : one.pairs)
-    for (const Pair* q : other.pairs)
-      if (p->found == q->found && p->expected != q->expected && !scene.expected[p->expected].is_doubtful &&
-          !scene.expected[q->expected].is_doubtful)
-        return true;
-  return false;
+    for (const Pair* q : other.pairs) {
+      if (p->found != q->found || scene.expected[p->expected].is_doubtful ||
+          scene.expected[q->expected].is_doubtful)
+        continue;
+      const bool one_thing =
+          (p->off_px - q->off_px).norm() < kOneThing_radii * std::min(p->radius_px, q->radius_px);
+      ++(one_thing ? same : different);
+    }
+  return different > same;
 }
 
 /// The ellipses of all explanations that could be the right one, if there are several; else empty.
