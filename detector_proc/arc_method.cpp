@@ -190,7 +190,8 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
     const RimRadii radii = rim_radii(circle, settings, focal_px);
     for (Detection& d : found)
       if (d.label == Label::cargo && is_within(d.outer.ellipse, circle)) d.label = Label::unknown;
-    if (Detection* standing = radii.known ? rim_among(found, circle, radii) : nullptr) {
+    Detection* standing = radii.known ? rim_among(found, circle, radii) : nullptr;
+    if (standing && !is_painted(image, circle, found[i].inner, standing->outer.ellipse)) {
       standing->label = Label::cargo;
       standing->occupied.reset();
       found[i].occupied = true;

@@ -319,6 +319,15 @@ RoundFit outermost(const Patch& patch, const Edges& edges, const RoundFit& fit) 
   return ratio > 1.05 && ratio < 1.25 && off < 0.12 ? *outer : fit;
 }
 
+/// Middle and radius of an ellipse as round as the circle.
+Eigen::Vector3d in_patch(const Ellipse& edge, const Ellipse& circle) {
+  const double c = std::cos(circle.alpha_rad), s = std::sin(circle.alpha_rad);
+  const double u = edge.u_px - circle.u_px, v = edge.v_px - circle.v_px;
+  return {middle_px + unit_px * (c * u + s * v) / circle.a_px,
+          middle_px + unit_px * (c * v - s * u) / circle.b_px,
+          unit_px * std::sqrt(edge.a_px * edge.b_px / (circle.a_px * circle.b_px))};
+}
+
 EllipseFit in_image(const RoundFit& fit, const Ellipse& e) {
   const cv::Matx23d m = image_from_patch(e);
   EllipseFit out;
@@ -466,6 +475,20 @@ std::optional<double> difference_towards(const Patch& patch, const RoundFit& fit
   return difference(*in, *out);
 }
 
+/// Medians of some thousand pixels have next to no noise: 8 levels are a difference that paint and ground of
+/// one colour do not have in uneven light, and 12 are what blur and camera add to a mixture of two.
+bool has_own_colour(const Inside& inside) {
+  constexpr double least_off_surround = 8, least_off_mixtures = 12;
+  return inside.off_surround >= least_off_surround && inside.off_mixtures >= least_off_mixtures;
+}
+
+/// Where rings are painted: a circle's middle is seen to a twentieth of its radius, and a tenth off that of
+/// what is smaller around the same one, seen obliquely from near by.
+bool is_in_the_middle(const RoundFit& fit) {
+  constexpr double middle = 0.12;
+  return std::hypot(fit.circle_px.x() - middle_px, fit.circle_px.y() - middle_px) < middle * unit_px;
+}
+
 Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit) {
   constexpr double least_levels = 8;  // three sigma of a noisy camera's pixel, of which several are averaged
   Colours core, surround;
@@ -495,27 +518,26 @@ Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit
   return inside;
 }
 
+bool may_be_paint(const RoundFit& fit, const Inside& inside) {
+  return is_in_the_middle(fit) && !has_own_colour(inside);
+}
+
 constexpr double half_coverage = 0.5;
 
 enum class Sign { cargo, perhaps, none };
 
-/// Whether a cargo makes this round edge, be it its rim, its foot or its shadow. Medians of some thousand
-/// pixels have next to no noise: 8 levels are a difference that paint and ground of one colour do not have in
-/// uneven light, and 12 are what blur and camera add to a mixture of two.
+/// Whether a cargo makes this round edge, be it its rim, its foot or its shadow.
 Sign sign_of_cargo(const RoundFit& fit, const Inside& inside) {
-  constexpr double least_off_surround = 8, least_off_mixtures = 12;
   constexpr double least_coverage = 0.75;  // rope, handle and a side as bright as the ground hide a quarter
   constexpr double least_two_sided = 0.85;
   constexpr double most_error = 0.2;  // a pixel of the patch
-  const bool other_colour =
-      inside.off_surround >= least_off_surround && inside.off_mixtures >= least_off_mixtures;
+  const bool other_colour = has_own_colour(inside);
   const bool is_round =
       fit.coverage >= least_coverage && fit.error < most_error && inside.two_sided >= least_two_sided;
   if (is_round && other_colour) return Sign::cargo;
   // a cargo as grey as a mixture of the two: if rounder than worn paint ever is, clear of what surrounds it,
   // and not in the middle, where rings are painted
-  const double off = std::hypot(fit.circle_px.x() - middle_px, fit.circle_px.y() - middle_px) / unit_px;
-  const bool rounder = is_round && fit.coverage >= 0.85 && fit.error < 0.12 && off > 0.08;
+  const bool rounder = is_round && fit.coverage >= 0.85 && fit.error < 0.12 && !is_in_the_middle(fit);
   if (rounder && inside.off_surround >= 12) return Sign::cargo;
   const bool half_round = fit.coverage >= half_coverage && inside.two_sided >= 0.7;
   return rounder || (other_colour && half_round) ? Sign::perhaps : Sign::none;
@@ -599,6 +621,7 @@ RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::o
     const bool may_be_rim = radii.known && evidence.log_odds(*fit, 255) > most;
     if (fit->coverage < half_coverage && !may_be_rim) continue;
     const Inside inside = inside_of(patch, surface, *fit);
+    if (may_be_paint(*fit, inside)) continue;
     const Sign sign = sign_of_cargo(*fit, inside);
     cargo = cargo || sign == Sign::cargo;
     perhaps = perhaps || sign == Sign::perhaps;
@@ -613,6 +636,15 @@ RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::o
   if (best || cargo) out.occupied = true;
   if (!out.occupied && !perhaps) out.occupied = false;
   return out;
+}
+
+bool is_painted(const cv::Mat& image, const Ellipse& circle, const std::optional<EllipseFit>& inner,
+                const Ellipse& edge) {
+  const Patch patch = round_patch(image, circle);
+  if (patch.pixels.empty()) return false;
+  RoundFit fit{};
+  fit.circle_px = in_patch(edge, circle);
+  return may_be_paint(fit, inside_of(patch, Surface(patch, clear_radius(circle, inner)), fit));
 }
 
 }  // namespace stevedore

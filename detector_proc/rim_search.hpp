@@ -36,4 +36,9 @@ struct RimRadii {
 RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::optional<EllipseFit>& inner,
                        const RimRadii& radii);
 
+/// Whether a round edge in a circle is paint: in the middle, where rings are painted, and with nothing inside
+/// it that has a colour of its own.
+bool is_painted(const cv::Mat& image, const Ellipse& circle, const std::optional<EllipseFit>& inner,
+                const Ellipse& edge);
+
 }  // namespace stevedore
