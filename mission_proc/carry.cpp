@@ -130,6 +130,7 @@ void Carry::see(const LevelFrame& frame) {
   if (!moment) return;
   watch_frames(frame);
   look_for_pad(frame);
+  look_for_circles(frame);
   target_track_.reset();
   for (const auto& [platform, course] : decks_) {
     if (course.age_s(frame.utime) > 0.5) continue;
@@ -236,6 +237,7 @@ void Carry::fire(Event event) {
   closing_since_.reset();
   if (next != Phase::verify_drop) touch_.reset();
   search_utime_.reset();
+  sighting_.reset();
   stay_odometry_m_ = now_ ? std::optional(now_->position_odometry_m) : std::nullopt;
   if (has_target_place()) height_m_ = miss().height_m;
   rise_mps_ = 0;
@@ -430,6 +432,38 @@ void Carry::look_for_pad(const LevelFrame& frame) {
         pad_odometry_m_ ? Eigen::Vector3d(*pad_odometry_m_ + 0.2 * (there_m - *pad_odometry_m_)) : there_m;
     pad_utime_ = frame.utime;
   }
+}
+
+/// Of a platform that is searched for some circles may be in view, too few to tell it by: it is there that
+/// the rest has to be looked for. What makes no platform in ten seconds is none.
+void Carry::look_for_circles(const LevelFrame& frame) {
+  constexpr std::size_t fewest = 2;  // one alone is now and then nothing but foam
+  constexpr double about_m = 15;     // platforms are so far apart; less what both positions are off
+  constexpr double patience_s = 10;
+  const auto moment = vehicle_.at(frame.utime);
+  const bool searching = record_.phase == Phase::search || record_.phase == Phase::transit;
+  if (!searching || !search_utime_ || sees_deck() || !moment) return;
+  const Eigen::Vector3d place_m = searched_place_m(frame.utime);
+  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+  std::size_t count = 0;
+  for (const LevelMark& mark : frame.marks) {
+    if (mark.label != Label::circle) continue;
+    const Eigen::Vector3d there_m = odometry_of(mark, *moment);
+    constexpr double own_m = 4;
+    const bool is_another = std::any_of(decks_.begin(), decks_.end(), [&](const auto& entry) {
+      return entry.first != goal_platform() &&
+             (entry.second.center(frame.utime).position_m - there_m).template head<2>().norm() < own_m;
+    });
+    const bool is_home = home_odometry_m_ && (*home_odometry_m_ - there_m).head<2>().norm() < own_m;
+    if (is_another || is_home || (place_m - there_m).head<2>().norm() > about_m) continue;
+    sum_m += there_m;
+    ++count;
+  }
+  if (count < fewest) return;
+  if (!sighting_) sighting_ = Sighting{Eigen::Vector3d::Zero(), frame.utime};
+  if (seconds(frame.utime - sighting_->first_utime) > patience_s) return;
+  sighting_->off_odometry_m = sum_m / static_cast<double>(count) - place_m;
+  search_utime_ = utime_;  // the spiral begins anew, about them
 }
 
 // ---- what comes out ----

@@ -187,6 +187,8 @@ class Carry {
   [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
   void look_for_pad(const LevelFrame& frame);
+  void look_for_circles(const LevelFrame& frame);
+  [[nodiscard]] Eigen::Vector3d searched_place_m(std::int64_t utime) const;
   [[nodiscard]] Eigen::Vector3d odometry_of(const LevelMark& mark, const VehicleMoment& moment) const;
 
   // ---- where the aircraft should be ----
@@ -255,7 +257,13 @@ class Carry {
   int hook_lessons_ = 0;
   int touches_off_ = 0;                       ///< times that it was too far off, with this target
   std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
-  double level_m_ = 0;                        ///< of the deck that is looked for, odometry z
+  /// Circles seen in a search that no platform has taken.
+  struct Sighting {
+    Eigen::Vector3d off_odometry_m;  ///< of their middle, from where the platform is thought to be
+    std::int64_t first_utime;
+  };
+  std::optional<Sighting> sighting_;
+  double level_m_ = 0;  ///< of the deck that is looked for, odometry z
   std::int64_t level_utime_ = 0;
   LevelFrame last_frame_;
   std::int64_t unchanged_since_ = 0;

@@ -191,8 +191,14 @@ double Carry::felt_height_m() const {
   return -felt_m * std::sin(2 * std::numbers::pi / felt_turn_s * seconds(utime_ - *closing_since_));
 }
 
+/// Where the platform that comes next is thought to be.
+Eigen::Vector3d Carry::searched_place_m(std::int64_t utime) const {
+  if (const DeckPath* course = deck(goal_platform())) return course->center(utime).position_m;
+  return home_odometry_m_.value_or(now_->position_odometry_m);
+}
+
 /// The camera over the middle of the platform that comes next, and when that is not in view, along a spiral
-/// about where it is thought to be.
+/// about where it is thought to be or where circles were seen.
 Carry::Goal Carry::over_deck(double height_m) {
   constexpr double spiral_mps = 1.5, turns_apart_m = 6;  // from 7 m the image is 10 m high
   // a platform's own word of its height may be metres off: what is not found at once is looked for from
@@ -201,9 +207,8 @@ Carry::Goal Carry::over_deck(double height_m) {
   const DeckPath* course = deck(goal_platform());
   const bool seen = sees_deck();
   if (seen || !search_utime_) search_utime_ = utime_;
-  const Eigen::Vector3d place_m = course             ? course->center(utime_).position_m
-                                  : home_odometry_m_ ? *home_odometry_m_
-                                                     : now_->position_odometry_m;
+  Eigen::Vector3d place_m = searched_place_m(utime_);
+  if (!seen && sighting_) place_m += sighting_->off_odometry_m;
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   if (course) velocity_mps.head<2>() = course->center(utime_).velocity_mps.head<2>();
   const Eigen::Vector2d ahead(std::cos(heading_rad_), std::sin(heading_rad_));

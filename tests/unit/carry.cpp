@@ -81,6 +81,9 @@ class Bench {
     return time_s_ - start_s;
   }
   [[nodiscard]] const Carry& carry() const { return carry_; }
+  [[nodiscard]] Eigen::Vector2d camera_m() const {
+    return position_m_.head<2>() + 0.8 * Eigen::Vector2d(std::cos(heading_rad_), std::sin(heading_rad_));
+  }
   /// Of the aircraft against where it would be with its hook over the target's circle.
   [[nodiscard]] double hook_over_goal_m() const { return -position_m_.z() - 0.35 - 0.8 - 0.42; }
   [[nodiscard]] Eigen::Vector2d beside_target_m() const {
@@ -93,6 +96,7 @@ class Bench {
   bool in_view = true, numbers_certain = true, frozen = false;
   double laser_off_m = 0;
   Eigen::Vector2d put_m = Eigen::Vector2d::Zero();  ///< of cargoes from their circles' middles
+  std::vector<Eigen::Vector3d> lone_circles_m;      ///< seen, and of no platform that is known
 
  private:
   static CarrySettings settings() {
@@ -136,15 +140,19 @@ class Bench {
       }
       carry_.hear(news);
     }
+    for (const Eigen::Vector3d& circle_m : lone_circles_m)
+      frame.marks.push_back(mark_at(circle_m, Label::circle));
     carry_.see(frame);
   }
 
   [[nodiscard]] LevelMark rim_over(const Eigen::Vector3d& circle_m) const {
+    return mark_at(circle_m + Eigen::Vector3d(put_m.x(), put_m.y(), -0.3), Label::cargo);
+  }
+  [[nodiscard]] LevelMark mark_at(const Eigen::Vector3d& place_m, Label label) const {
     const double c = std::cos(heading_rad_), s = std::sin(heading_rad_);
-    Eigen::Vector3d out_m = circle_m - position_m_ - Eigen::Vector3d(0.8 * c, 0.8 * s, 0.25 + 0.3);
-    out_m.head<2>() += put_m;
+    const Eigen::Vector3d out_m = place_m - position_m_ - Eigen::Vector3d(0.8 * c, 0.8 * s, 0.25);
     LevelMark mark;
-    mark.label = Label::cargo;
+    mark.label = label;
     mark.image_px = {noise_px_, 0};
     mark.from_camera_level_m = {-s * out_m.x() + c * out_m.y(), -c * out_m.x() - s * out_m.y(), out_m.z()};
     return mark;
@@ -265,6 +273,22 @@ TEST_CASE("carry: what was chosen before counts when the platform comes into vie
   REQUIRE(bench.run_to(Phase::approach));
   CHECK(bench.carry().record().target == before);
   CHECK_THAT(bench.carry().reason(), Contains("chosen before"));
+}
+
+TEST_CASE(
+    "carry: a search goes where circles are seen, and on after ten seconds in which they make no platform") {
+  Bench bench(false);
+  REQUIRE(bench.run_to(Phase::approach));
+  const SlotId target = bench.carry().record().target.value();
+  bench.in_view = false;
+  REQUIRE(bench.run_to(Phase::search));
+  const Eigen::Vector2d circles_m = Eigen::Vector2d(10.0 * target.platform, 7);
+  bench.lone_circles_m = {{circles_m.x() - 1, circles_m.y(), 0}, {circles_m.x() + 1, circles_m.y(), 0}};
+  const auto away_m = [&] { return (bench.camera_m() - circles_m).norm(); };
+  CHECK(bench.run_until([&] { return away_m() < 0.3; }, 8));
+  bench.run_until([] { return false; }, 2);
+  CHECK(away_m() < 0.3);
+  CHECK(bench.run_until([&] { return away_m() > 3; }, 15));
 }
 
 TEST_CASE("carry: emergencies are told within their delays, and over when their causes are") {
