@@ -8,6 +8,7 @@
 
 #include "tracker_proc/assignment.hpp"
 #include "tracker_proc/camera_turn.hpp"
+#include "tracker_proc/common_motion.hpp"
 #include "tracker_proc/picture_motion.hpp"
 #include "tracker_proc/surroundings.hpp"
 
@@ -41,6 +42,26 @@ cv::Mat moved(const cv::Mat& image, double du, double dv) {
   cv::warpAffine(image, result, cv::Matx23d(1, 0, du, 0, 1, dv), image.size(), cv::INTER_LINEAR,
                  cv::BORDER_REFLECT);
   return result;
+}
+
+/// A mark that is there, known to 5 px.
+Expected known_mark(const Eigen::Vector2d& at_px, double radius_px) {
+  Expected e;
+  e.ellipse = {at_px.x(), at_px.y(), radius_px, radius_px, 0};
+  e.centre_covariance_px2 = 25 * Eigen::Matrix2d::Identity();
+  e.log_radius_variance = 1e-4;
+  e.found_in_view = 0.95;
+  return e;
+}
+
+Found seen_at(const Expected& mark, const Eigen::Vector2d& shift_px) {
+  Found f;
+  f.ellipse = mark.ellipse;
+  f.ellipse.u_px += shift_px.x();
+  f.ellipse.v_px += shift_px.y();
+  f.measurement = {
+      {f.ellipse.u_px, f.ellipse.v_px}, 0.1 * Eigen::Matrix2d::Identity(), std::log(mark.ellipse.a_px), 1e-4};
+  return f;
 }
 
 }  // namespace
@@ -121,4 +142,34 @@ TEST_CASE(
   CHECK(surroundings.correlation(image, {300, 120, 60, 60, 0}).value() < 0.5);
   CHECK_FALSE(surroundings.correlation(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)), e));
   CHECK_FALSE(surroundings.correlation(image, {-100, 240, 60, 60, 0}));
+}
+
+TEST_CASE("common motion: two edges of one bucket that could be exchanged leave no doubt about the shift") {
+  std::vector<Expected> expected;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d slot_px(120 + 130 * i, 240);
+    expected.push_back(known_mark(slot_px, 45));                             // the circle
+    expected.push_back(known_mark(slot_px + Eigen::Vector2d(4, 0), 15));     // the bucket's rim
+    expected.push_back(known_mark(slot_px + Eigen::Vector2d(4, -1), 15.2));  // and its wall
+  }
+  const Eigen::Vector2d shift_px(14, -3);
+  std::vector<Found> found;
+  for (const Expected& e : expected) found.push_back(seen_at(e, shift_px));
+  CommonMotion motion(100);
+  motion.predict(0.1, 100);
+  const CommonShift shift = motion.find(expected, found, {640, 480}, 0.1);
+  CHECK(shift.ambiguous.empty());
+  CHECK(shift.marks == expected.size());
+  CHECK((shift.shift_px - shift_px).norm() < 1);
+}
+
+TEST_CASE("common motion: a row of equal marks whose ends are out of view could have moved by a whole step") {
+  std::vector<Expected> expected;
+  for (int i = 0; i < 6; ++i) expected.push_back(known_mark({-5 + 130.0 * i, 240}, 45));
+  std::vector<Found> found;
+  for (std::size_t i = 1; i < 5; ++i) found.push_back(seen_at(expected[i], {65, 0}));
+  CommonMotion motion(2000);
+  motion.predict(0.1, 100);
+  const CommonShift shift = motion.find(expected, found, {640, 480}, 0.1);
+  CHECK(std::count(shift.ambiguous.begin(), shift.ambiguous.end(), true) == 4);
 }
