@@ -242,7 +242,8 @@ Json to_json(const SlotCounts& slots) {
   return {{"right", slots.right},
           {"wrong", slots.wrong},
           {"unknown", slots.unknown},
-          {"misnumbered", slots.misnumbered}};
+          {"misnumbered", slots.misnumbered},
+          {"handled", slots.handled}};
 }
 
 Json to_json(const PlatformComparison& platforms) {

@@ -287,8 +287,12 @@ std::string platform_section(const Evaluation& evaluation) {
     if (sample.held_error_m) held.points.push_back({t, *sample.held_error_m});
   }
   const auto slots = [](const std::string& name, const SlotCounts& counts) -> std::vector<std::string> {
-    return {name, std::to_string(counts.right), std::to_string(counts.wrong), std::to_string(counts.unknown),
-            std::to_string(counts.misnumbered)};
+    return {name,
+            std::to_string(counts.right),
+            std::to_string(counts.wrong),
+            std::to_string(counts.unknown),
+            std::to_string(counts.misnumbered),
+            std::to_string(counts.handled)};
   };
   return "<h2>Platforms and slots</h2>\n<p>Where decks are, relative to the aircraft; how fast they move "
          "over "
@@ -308,7 +312,7 @@ std::string platform_section(const Evaluation& evaluation) {
          "<p>What is said of the slots, counted for each slot and frame: while slot numbers are said to be "
          "certain, "
          "and else.</p>\n" +
-         table({"slots", "right", "wrong", "unknown", "at another slot's place"},
+         table({"slots", "right", "wrong", "unknown", "at another slot's place", "being lifted or set down"},
                {slots("while certain", platforms.certain), slots("while uncertain", platforms.uncertain)}) +
          fmt::format("<p>Slot numbers are certain in {} of the {} estimates of a deck in view.</p>\n",
                      share(platforms.in_view_certain, platforms.in_view), platforms.in_view);

@@ -77,10 +77,25 @@ bool cargo_lies_beside(const truth_t& truth, const truth_circle_t& circle) {
   return false;
 }
 
+/// On the hook, and as low over the circle as if it stood there: to the camera it does.
+bool cargo_is_handled(const truth_t& truth, const truth_circle_t& circle) {
+  constexpr double lifted_m = 0.6;  // of the rim over the deck: twice a bucket's height
+  for (const truth_cargo_t& cargo : truth.cargoes) {
+    if (!cargo.on_hook) continue;
+    const Eigen::Vector3d off_m = Eigen::Vector3d(cargo.center_ned_m) - Eigen::Vector3d(circle.center_ned_m);
+    if (off_m.head<2>().norm() < circle.radius_m && std::abs(off_m.z()) < lifted_m) return true;
+  }
+  return false;
+}
+
 void judge(const slot_t& slot, const truth_t& truth, const truth_circle_t& circle, SlotCounts& counts) {
   if (circle.slot != slot.index) ++counts.misnumbered;
   if (slot.state == slot_t::STATE_UNKNOWN) {
     ++counts.unknown;
+    return;
+  }
+  if (cargo_is_handled(truth, circle)) {
+    ++counts.handled;
     return;
   }
   const bool is_right = slot.state == slot_t::STATE_MISPLACED

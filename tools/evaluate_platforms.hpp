@@ -32,6 +32,7 @@ struct SlotCounts {
   std::int64_t wrong = 0;  ///< empty for occupied, or the other way
   std::int64_t unknown = 0;
   std::int64_t misnumbered = 0;  ///< at the place of another slot
+  std::int64_t handled = 0;      ///< not judged: its cargo is just being lifted off or set down
 };
 
 struct PlatformComparison {

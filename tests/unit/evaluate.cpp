@@ -298,6 +298,14 @@ TEST_CASE("Platforms are compared relative to the aircraft, whose own position i
   CHECK(result.uncertain.right == 3);
   CHECK(result.uncertain.unknown == 1);
   CHECK(result.velocity_mps.rms == Approx(0.1));
+
+  // what is still over its circle when the hook has it looks as before
+  truth_t& lifted = flight.truth[20];
+  lifted.cargoes[0].on_hook = true;
+  lifted.circles[1].occupied = false;
+  result = compare_platforms(flight);
+  CHECK(result.certain.wrong == 1);
+  CHECK(result.certain.handled == 1);
 }
 
 TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a cargo below the beam") {
