@@ -154,19 +154,25 @@ bool PlatformTrack::measure(const FrameInNed& frame, std::vector<SlotMatch>& mat
 
 void PlatformTrack::judge_slots(const FrameInNed& frame, const FrameSighting& sighting,
                                 const std::vector<SlotMatch>& matches) {
-  for (const SlotMatch& match : matches)
-    beliefs_[match.slot].saw_circle(frame.utime, sighting.circles[match.circle].occupied);
   const double circle_radius_m = sighting.circles[matches.front().circle].radius_m;
-  for (const FrameInNed::Cargo& cargo : frame.cargoes) judge_cargo(frame, cargo, circle_radius_m);
+  std::vector<bool> judged(beliefs_.size(), false);
+  for (const FrameInNed::Cargo& cargo : frame.cargoes)
+    if (const auto slot = judge_cargo(frame, cargo, circle_radius_m)) judged[*slot] = true;
+  // where a cargo is seen, it is what the circle's word is about
+  for (const SlotMatch& match : matches)
+    beliefs_[match.slot].saw_circle(
+        frame.utime, judged[match.slot] ? std::nullopt : sighting.circles[match.circle].occupied);
 }
 
-void PlatformTrack::judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo& cargo,
-                                double circle_radius_m) {
+/// The slot that it tells something about.
+std::optional<std::size_t> PlatformTrack::judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo& cargo,
+                                                      double circle_radius_m) {
   const DeckVector mean = filter_.at_time(frame.utime).mean;
   const Eigen::Vector3d from_center_m =
       cargo.from_aircraft_ned_m + frame.vehicle.position_odometry_m - deck_center_odometry_m(mean);
   const Eigen::Vector3d on_deck_m = ned_from_deck(mean).transpose() * from_center_m;
-  if (-on_deck_m.z() < lowest_rim_m || -on_deck_m.z() > highest_rim_m) return;  // in the air, or below
+  if (-on_deck_m.z() < lowest_rim_m || -on_deck_m.z() > highest_rim_m)
+    return std::nullopt;  // in the air, or below
   std::size_t nearest = 0;
   double offset_m = 1e9;
   for (std::size_t s = 0; s < layout_->size(); ++s) {
@@ -175,11 +181,12 @@ void PlatformTrack::judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo
     offset_m = away_m;
     nearest = s;
   }
-  if (offset_m > circle_radius_m + cargo_beside_m) return;
+  if (offset_m > circle_radius_m + cargo_beside_m) return std::nullopt;
   constexpr double place_sigma_m = 0.05;  // the deck's own tilt moves the rim by 3 cm at 6 degrees
   const double sigma_m =
       std::hypot(place_sigma_m, std::sqrt(cargo.covariance_m2.topLeftCorner<2, 2>().trace() / 2));
   beliefs_[nearest].saw_cargo(frame.utime, offset_m, sigma_m, circle_radius_m - cargo_base_radius_m);
+  return nearest;
 }
 
 // ---- finding it ----

@@ -81,7 +81,8 @@ class PlatformTrack {
   [[nodiscard]] double attitude_overlap(std::int64_t utime) const;
   void judge_slots(const FrameInNed& frame, const FrameSighting& sighting,
                    const std::vector<SlotMatch>& matches);
-  void judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo& cargo, double circle_radius_m);
+  std::optional<std::size_t> judge_cargo(const FrameInNed& frame, const FrameInNed::Cargo& cargo,
+                                         double circle_radius_m);
 
   PlatformSettings settings_;
   DeckMotion motion_;

@@ -39,9 +39,11 @@ void SlotBelief::weigh(std::int64_t utime, const Eigen::Array3d& likelihood) {
 void SlotBelief::saw_circle(std::int64_t utime, std::optional<bool> occupied) {
   seen_utime_ = std::max(seen_utime_, utime);
   if (!occupied) return;
-  // the detector is right in 19 of 20; a cargo across the paint looks like either
+  // of 2700 circles in 900 rendered scenes: "empty" is right in 19 of 20; "occupied" of a circle in which no
+  // rim was found, but a foot, a shadow or a letter, is said of 8 % of the occupied and 2 % of the empty
+  // ones. A cargo across the paint looks like either
   if (*occupied)
-    weigh(utime, {0.05, 0.95, 0.5});
+    weigh(utime, {0.22, 0.78, 0.5});
   else
     weigh(utime, {0.95, 0.05, 0.5});
 }

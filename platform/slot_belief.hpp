@@ -11,7 +11,7 @@ enum class SlotState { unknown, empty, occupied, misplaced };
 
 class SlotBelief {
  public:
-  /// The circle was seen; occupied as the detector says of it.
+  /// The circle was seen, and no cargo; occupied as the detector says of it.
   void saw_circle(std::int64_t utime, std::optional<bool> occupied);
   /// A cargo was seen on the deck, that far from the slot's centre; inside_m: up to where it stands inside.
   void saw_cargo(std::int64_t utime, double offset_m, double offset_sigma_m, double inside_m);

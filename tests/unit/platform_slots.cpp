@@ -156,10 +156,10 @@ TEST_CASE("a slot is unknown, then as seen, corrected by what follows, and forgo
   CHECK(belief.state(0) == SlotState::unknown);
   CHECK(belief.confidence(0) == Approx(1.0 / 3));
   std::int64_t t = second_us;
-  belief.saw_circle(t, true);
+  belief.saw_cargo(t, 0.1, 0.06, 0.37);
   belief.saw_circle(t += 33'000, false);  // one frame later it counts for little
   CHECK(belief.probabilities(t)[1] > 0.5);
-  for (int i = 0; i < 30; ++i) belief.saw_circle(t += 66'000, true);
+  for (int i = 0; i < 30; ++i) belief.saw_cargo(t += 66'000, 0.1, 0.06, 0.37);
   CHECK(belief.state(t) == SlotState::occupied);
   CHECK(belief.confidence(t) > 0.98);
   CHECK(belief.confidence(t) < 1);
@@ -168,6 +168,13 @@ TEST_CASE("a slot is unknown, then as seen, corrected by what follows, and forgo
   CHECK(later < belief.confidence(t));
   CHECK(belief.state(t + 1000 * second_us) == SlotState::unknown);
   for (int i = 0; i < 40; ++i) belief.saw_circle(t += 66'000, false);  // it was taken away
+  CHECK(belief.state(t) == SlotState::empty);
+}
+
+TEST_CASE("that a circle is occupied by something without a rim counts for less than that it is empty") {
+  SlotBelief belief;
+  std::int64_t t = second_us;
+  for (int i = 0; i < 30; ++i) belief.saw_circle(t += 300'000, i % 3 == 0);
   CHECK(belief.state(t) == SlotState::empty);
 }
 
