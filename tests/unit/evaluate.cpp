@@ -85,7 +85,8 @@ poses_t poses_at(std::int64_t utime) {
   poses.header.utime = utime;
   std::int64_t track_id = 0;
   const std::vector<truth_t> truth{truth_at(utime)};
-  for (const Mark& mark : marks_of(truth).begin()->second) poses.poses.push_back(pose_of(mark, track_id++));
+  const MarksByTime marks = marks_of(truth);
+  for (const Mark& mark : marks.begin()->second) poses.poses.push_back(pose_of(mark, track_id++));
   poses.count = static_cast<std::int16_t>(poses.poses.size());
   poses.target_status = track_t::STATUS_SEARCHING;
   poses.has_gravity = true;
