@@ -518,6 +518,7 @@ Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit
   return inside;
 }
 
+/// A cargo that stands there and is as grey as the paint or the ground is given up for it.
 bool may_be_paint(const RoundFit& fit, const Inside& inside) {
   return is_in_the_middle(fit) && !has_own_colour(inside);
 }

@@ -449,7 +449,7 @@ void Carry::look_for_circles(const LevelFrame& frame) {
   for (const LevelMark& mark : frame.marks) {
     if (mark.label != Label::circle) continue;
     const Eigen::Vector3d there_m = odometry_of(mark, *moment);
-    constexpr double own_m = 4;
+    constexpr double own_m = 4;  // half a deck of 5 m, and what its place and the pad's are off
     const bool is_another = std::any_of(decks_.begin(), decks_.end(), [&](const auto& entry) {
       return entry.first != goal_platform() &&
              (entry.second.center(frame.utime).position_m - there_m).template head<2>().norm() < own_m;
