@@ -13,6 +13,10 @@ double seconds(std::int64_t us) {
   return static_cast<double>(us) * 1e-6;
 }
 
+/// How far from a platform's middle, or the pad's, a mark may be and be one of its own: half a deck of 5 m,
+/// and what both places are off.
+constexpr double own_place_m = 4;
+
 bool is_in_air(Phase phase) {
   return phase != Phase::idle && phase != Phase::complete && phase != Phase::suspended;
 }
@@ -411,6 +415,15 @@ Eigen::Vector3d Carry::odometry_of(const LevelMark& mark, const VehicleMoment& m
   return moment.position_odometry_m + axes * arm_m + Eigen::Vector3d(out_m.x(), out_m.y(), level_m.z());
 }
 
+/// Whether a point is on a known platform, `but` aside.
+bool Carry::is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t utime,
+                       std::optional<int> but) const {
+  return std::any_of(decks_.begin(), decks_.end(), [&](const auto& entry) {
+    const Eigen::Vector3d off_m = entry.second.center(utime).position_m - point_odometry_m;
+    return entry.first != but && off_m.head<2>().norm() < own_place_m;
+  });
+}
+
 /// A circle near where the aircraft took off, and on no platform.
 void Carry::look_for_pad(const LevelFrame& frame) {
   const bool homing = record_.phase == Phase::go_home || record_.phase == Phase::land;
@@ -422,11 +435,8 @@ void Carry::look_for_pad(const LevelFrame& frame) {
   for (const LevelMark& mark : frame.marks) {
     if (mark.label != Label::circle) continue;
     const Eigen::Vector3d there_m = odometry_of(mark, *moment);
-    const bool on_a_platform = std::any_of(decks_.begin(), decks_.end(), [&](const auto& entry) {
-      return (entry.second.center(frame.utime).position_m - there_m).template head<2>().norm() < 4;
-    });
     const double off_m = (there_m - expected_m).head<2>().norm();
-    if (on_a_platform || off_m > nearest_m) continue;
+    if (off_m > nearest_m || is_on_deck(there_m, frame.utime)) continue;
     nearest_m = off_m;
     pad_odometry_m_ =
         pad_odometry_m_ ? Eigen::Vector3d(*pad_odometry_m_ + 0.2 * (there_m - *pad_odometry_m_)) : there_m;
@@ -449,13 +459,9 @@ void Carry::look_for_circles(const LevelFrame& frame) {
   for (const LevelMark& mark : frame.marks) {
     if (mark.label != Label::circle) continue;
     const Eigen::Vector3d there_m = odometry_of(mark, *moment);
-    constexpr double own_m = 4;  // half a deck of 5 m, and what its place and the pad's are off
-    const bool is_another = std::any_of(decks_.begin(), decks_.end(), [&](const auto& entry) {
-      return entry.first != goal_platform() &&
-             (entry.second.center(frame.utime).position_m - there_m).template head<2>().norm() < own_m;
-    });
-    const bool is_home = home_odometry_m_ && (*home_odometry_m_ - there_m).head<2>().norm() < own_m;
-    if (is_another || is_home || (place_m - there_m).head<2>().norm() > about_m) continue;
+    const bool is_home = home_odometry_m_ && (*home_odometry_m_ - there_m).head<2>().norm() < own_place_m;
+    const bool is_far = (place_m - there_m).head<2>().norm() > about_m;
+    if (is_home || is_far || is_on_deck(there_m, frame.utime, goal_platform())) continue;
     sum_m += there_m;
     ++count;
   }

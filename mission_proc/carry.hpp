@@ -186,6 +186,8 @@ class Carry {
   void work_jaws(const Miss& off, double felt_about_m);
   [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
+  [[nodiscard]] bool is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t utime,
+                                std::optional<int> but = std::nullopt) const;
   void look_for_pad(const LevelFrame& frame);
   void look_for_circles(const LevelFrame& frame);
   [[nodiscard]] Eigen::Vector3d searched_place_m(std::int64_t utime) const;
