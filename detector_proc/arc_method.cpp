@@ -5,12 +5,12 @@
 
 #include "detector_proc/edge_owners.hpp"
 #include "detector_proc/edge_thresholds.hpp"
-#include "detector_proc/ellipse_covariance.hpp"
 #include "detector_proc/ellipse_search.hpp"
+#include "detector_proc/expected_mark.hpp"
+#include "detector_proc/mark_fit.hpp"
 #include "detector_proc/mark_meaning.hpp"
 #include "detector_proc/rim_search.hpp"
 #include "detector_proc/ring_search.hpp"
-#include "detector_proc/subpixel_fit.hpp"
 
 namespace stevedore {
 namespace {
@@ -25,16 +25,6 @@ FitFrame fit_frame(cv::Size size) {
   return {size.width / 2.0, size.height / 2.0, std::max(size.width, size.height) / 2.0};
 }
 
-Ellipse enlarged(const Ellipse& e, int factor) {
-  return {(e.u_px + 0.5) * factor - 0.5, (e.v_px + 0.5) * factor - 0.5, e.a_px * factor, e.b_px * factor,
-          e.alpha_rad};
-}
-
-Ellipse lessened(const Ellipse& e, int factor) {
-  return {(e.u_px + 0.5) / factor - 0.5, (e.v_px + 0.5) / factor - 0.5, e.a_px / factor, e.b_px / factor,
-          e.alpha_rad};
-}
-
 EllipseEdge moved(EllipseEdge edge, cv::Point by) {
   edge.ellipse.u_px += by.x;
   edge.ellipse.v_px += by.y;
@@ -43,62 +33,6 @@ EllipseEdge moved(EllipseEdge edge, cv::Point by) {
     p.u_px += static_cast<float>(by.x), p.v_px += static_cast<float>(by.y);
   }
   return edge;
-}
-
-/// Fit and covariance as the search leaves them, at full size.
-EllipseFit coarse_fit(const EllipseEdge& edge, int factor) {
-  EllipseFit fit{enlarged(edge.ellipse, factor),
-                 covariance_of(edge.ellipse, edge.support, std::max(edge.support.rms_px, 0.1))};
-  fit.covariance.topRows<4>() *= factor;
-  fit.covariance.leftCols<4>() *= factor;
-  return fit;
-}
-
-/// Half the way to the mark's other edge: what may be looked at of this one.
-double reach_px(const MarkEdges& mark, int factor) {
-  constexpr double unlimited_px = 100;
-  if (!mark.inner) return unlimited_px;
-  return factor * std::max(mark.outer.ellipse.b_px - mark.inner->ellipse.b_px, 0.0) / 2;
-}
-
-EllipseFit fine_fit(const EllipseEdge& edge, const LightImage& light, int factor, double reach,
-                    int most_strips) {
-  const EllipseFit coarse = coarse_fit(edge, factor);
-  const double blur_px = 0.8 * factor;  // of a sharp lens at the size where it was found
-  const auto fine =
-      fit_subpixel(light.weighted(edge.weights), coarse.ellipse, edge.bright, blur_px, reach, most_strips);
-  // it must be the same edge
-  const double margin_px = std::max(1.5, 0.05 * edge.ellipse.b_px) * factor;
-  const bool same = fine && std::abs(fine->fit.ellipse.a_px - coarse.ellipse.a_px) < margin_px &&
-                    std::abs(fine->fit.ellipse.b_px - coarse.ellipse.b_px) < margin_px &&
-                    std::hypot(fine->fit.ellipse.u_px - coarse.ellipse.u_px,
-                               fine->fit.ellipse.v_px - coarse.ellipse.v_px) < margin_px;
-  return same ? fine->fit : coarse;
-}
-
-/// Eq. (4) of the paper: mean of |left-hand side - 1| over the edge points.
-double algebraic_error(const EllipseEdge& edge) {
-  double sum = 0, count = 0;
-  for (int k = 0; k < edge.support.count; ++k) {
-    const EdgeSample& s = edge.support.samples[static_cast<std::size_t>(k)];
-    if (!s.found) continue;
-    sum += std::abs(normalized_radius_squared(edge.ellipse, {s.point.u_px, s.point.v_px}) - 1);
-    ++count;
-  }
-  return count > 0 ? sum / count : 0;
-}
-
-Detection detection_of(const MarkEdges& mark, const LightImage& light, int factor, int most_strips) {
-  // An edge with a gap of more than a tenth is not seen whole.
-  constexpr double whole_coverage = 0.9;
-  Detection d;
-  const double reach = reach_px(mark, factor);
-  d.outer = fine_fit(mark.outer, light, factor, reach, most_strips);
-  if (mark.inner) d.inner = fine_fit(*mark.inner, light, factor, reach, (most_strips + 1) / 2);
-  d.coverage = std::min(1.0, mark.outer.support.coverage());
-  d.error = algebraic_error(mark.outer);
-  d.kind = d.coverage >= whole_coverage ? Kind::whole : Kind::partial;
-  return d;
 }
 
 /// Looks outwards from every edge that is not the outer one of a ring already.
@@ -126,15 +60,6 @@ cv::Rect neighbourhood(const Ellipse& e, cv::Size image) {
       cv::Rect(cv::Point(cvFloor(e.u_px - half_u - margin_px), cvFloor(e.v_px - half_v - margin_px)),
                cv::Point(cvCeil(e.u_px + half_u + margin_px), cvCeil(e.v_px + half_v + margin_px)));
   return box & cv::Rect({0, 0}, image);
-}
-
-/// Between what is found and what was expected, in semi-minor axes of place plus logarithms of size. Half a
-/// semi-axis of unforeseen motion and a fifth of size; a ring's inner edge or a rim within is further off.
-constexpr double most_mismatch = 0.6;
-
-double mismatch(const Ellipse& e, const Ellipse& expected) {
-  return std::hypot(e.u_px - expected.u_px, e.v_px - expected.v_px) / expected.b_px +
-         std::abs(std::log(e.a_px / expected.a_px)) + std::abs(std::log(e.b_px / expected.b_px)) / 2;
 }
 
 bool about_the_same(const Ellipse& a, const Ellipse& b) {
@@ -356,7 +281,7 @@ std::vector<Detection> ArcMethod::detections_of(const std::vector<MarkEdges>& ma
   const LightImage light(image, optics.light);
   std::vector<Detection> found;
   for (std::size_t k = 0; k < marks.size(); ++k) {
-    Detection d = detection_of(marks[k], light, reduction, settings.subpixel_strips);
+    Detection d = detection_of(marks[k], light, reduction, strips_of(settings));
     d.label = meanings[k].label;
     d.occupied = meanings[k].occupied;
     found.push_back(std::move(d));
@@ -391,11 +316,9 @@ std::vector<Detection> ArcMethod::detect(const cv::Mat& image, const DetectorSet
 }
 
 std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::Rect& region,
-                                               const Ellipse& expected, Colour colour,
+                                               const Detection& expected, Colour colour,
                                                const DetectorSettings& settings, const Optics& optics) {
-  // the size at which an ellipse is found with the fewest pixels
-  constexpr int least_semi_minor_px = 14;
-  const int reduction = std::max(1, static_cast<int>(expected.b_px / least_semi_minor_px));
+  const int reduction = reduction_for(expected);
   const cv::Mat working = reduced(image(region), reduction);
   std::vector<EllipseEdge> edges =
       find_edges(working, colour == Colour::used && has_colour(working), settings);
@@ -408,15 +331,15 @@ std::optional<Detection> ArcMethod::nearest_in(const cv::Mat& image, const cv::R
       fit->ellipse.u_px += region.x;
       fit->ellipse.v_px += region.y;
     }
-    const double m = mismatch(d.outer.ellipse, expected);
+    const double m = mismatch(d.outer.ellipse, expected.outer.ellipse);
     if (m < least) least = m, nearest = std::move(d);
   }
   return nearest;
 }
 
-std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Ellipse& expected,
+std::optional<Detection> ArcMethod::detect_near(const cv::Mat& image, const Detection& expected,
                                                 const DetectorSettings& settings, const Optics& optics) {
-  const cv::Rect region = neighbourhood(expected, image.size());
+  const cv::Rect region = neighbourhood(expected.outer.ellipse, image.size());
   if (region.width < 16 || region.height < 16) return std::nullopt;
   auto nearest = nearest_in(image, region, expected, Colour::unused, settings, optics);
   if (!nearest && image.channels() == 3)

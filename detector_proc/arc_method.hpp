@@ -25,10 +25,10 @@ class ArcMethod {
  public:
   std::vector<Detection> detect(const cv::Mat& image, const DetectorSettings& settings, const Optics& optics);
 
-  /// The mark nearest to an expected ellipse, looked for in its neighbourhood only: the same method at the
+  /// The mark nearest to an expected one, looked for in its neighbourhood only: the same method at the
   /// size at which the mark is small. Nothing within half a semi-axis and a fifth of size: not there. Whether
   /// a circle is occupied is told where nothing in it has an edge; a rim is looked for in whole frames only.
-  std::optional<Detection> detect_near(const cv::Mat& image, const Ellipse& expected,
+  std::optional<Detection> detect_near(const cv::Mat& image, const Detection& expected,
                                        const DetectorSettings& settings, const Optics& optics);
 
  private:
@@ -68,7 +68,7 @@ class ArcMethod {
   cv::Rect window_of(const cv::Mat& halved, cv::Size frame);
   void add_colour_edges(const cv::Mat& bgr, const DetectorSettings& settings,
                         std::vector<EllipseEdge>& edges);
-  std::optional<Detection> nearest_in(const cv::Mat& image, const cv::Rect& region, const Ellipse& expected,
+  std::optional<Detection> nearest_in(const cv::Mat& image, const cv::Rect& region, const Detection& expected,
                                       Colour colour, const DetectorSettings& settings, const Optics& optics);
 
   /// Marks of the size of those found, in every plane looked at.

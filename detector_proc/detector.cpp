@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "detector_proc/arc_method.hpp"
+#include "detector_proc/expected_mark.hpp"
 #include "detector_proc/paper_method.hpp"
 
 namespace stevedore {
@@ -29,7 +30,8 @@ std::vector<Detection> Detector::detect(const cv::Mat& image) const {
 
 std::optional<Detection> Detector::detect_near(const cv::Mat& image, const Detection& expected) const {
   if (image.empty() || settings_.method == "paper") return std::nullopt;
-  auto found = region_->detect_near(image, expected.outer.ellipse, settings_, optics_);
+  auto found = find_expected(image, expected, settings_, optics_);
+  if (!found) found = region_->detect_near(image, expected, settings_, optics_);
   // what a neighbourhood cannot tell: that a rim stands in a circle
   if (found && expected.label != Label::circle) found->label = expected.label, found->occupied.reset();
   return found;

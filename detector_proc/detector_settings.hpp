@@ -46,7 +46,7 @@ struct DetectorSettings {
   double rim_ratio = 0.32;    ///< a cargo's rim over a painted circle, radii: 0.16 m and 0.5 m
   double cargo_height_ratio = 0.6;  ///< its height over the circle's radius: 0.3 m
   /// Rows and columns of pixels that the sub-pixel fit looks at, of each edge, four times as many in its last
-  /// round; 0: all.
+  /// round, where a mark is expected as many; 0: all in the last round.
   int subpixel_strips = 64;
 
   // Method paper, from here on.

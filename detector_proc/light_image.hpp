@@ -34,11 +34,18 @@ class LightImage {
 
   [[nodiscard]] LightImage weighted(const LightWeights& weights) const { return {image_, curve_, weights}; }
 
-  [[nodiscard]] float operator()(int u, int v) const {
-    const uchar* row = image_.ptr(v);
-    if (image_.channels() == 1) return curve_[row[u]];
-    const uchar* p = row + 3 * static_cast<std::ptrdiff_t>(u);
-    return weights_.blue * curve_[p[0]] + weights_.green * curve_[p[1]] + weights_.red * curve_[p[2]];
+  /// `count` pixels of a row from (u, v) on, or of a column.
+  void read(int u, int v, bool along_row, int count, float* light) const {
+    const int channels = image_.channels();
+    const uchar* p = image_.ptr(v) + channels * static_cast<std::ptrdiff_t>(u);
+    const auto step =
+        along_row ? static_cast<std::ptrdiff_t>(channels) : static_cast<std::ptrdiff_t>(image_.step[0]);
+    if (channels == 1) {
+      for (int k = 0; k < count; ++k, p += step) light[k] = curve_[p[0]];
+    } else {
+      for (int k = 0; k < count; ++k, p += step)
+        light[k] = weights_.blue * curve_[p[0]] + weights_.green * curve_[p[1]] + weights_.red * curve_[p[2]];
+    }
   }
 
   [[nodiscard]] int width() const { return image_.cols; }

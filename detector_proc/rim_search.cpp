@@ -489,6 +489,11 @@ bool is_in_the_middle(const RoundFit& fit) {
   return std::hypot(fit.circle_px.x() - middle_px, fit.circle_px.y() - middle_px) < middle * unit_px;
 }
 
+/// Than worn paint ever is, and not in the middle, where rings are painted.
+bool is_rounder(const RoundFit& fit) {
+  return fit.coverage >= 0.85 && fit.error < 0.12 && !is_in_the_middle(fit);
+}
+
 Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit) {
   constexpr double least_levels = 8;  // three sigma of a noisy camera's pixel, of which several are averaged
   Colours core, surround;
@@ -508,6 +513,7 @@ Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit
   const Colour own = core.median();
   inside.off_surround = difference(own, surround.median());
   inside.off_mixtures = surface.off_mixtures(own);
+  if (!has_own_colour(inside) && !is_rounder(fit)) return inside;  // nothing would be made of the rest
   int differ = 0, looked = 0;
   for (const Direction& direction : all_directions()) {
     const auto levels = difference_towards(patch, fit, direction);
@@ -536,9 +542,8 @@ Sign sign_of_cargo(const RoundFit& fit, const Inside& inside) {
   const bool is_round =
       fit.coverage >= least_coverage && fit.error < most_error && inside.two_sided >= least_two_sided;
   if (is_round && other_colour) return Sign::cargo;
-  // a cargo as grey as a mixture of the two: if rounder than worn paint ever is, clear of what surrounds it,
-  // and not in the middle, where rings are painted
-  const bool rounder = is_round && fit.coverage >= 0.85 && fit.error < 0.12 && !is_in_the_middle(fit);
+  // a cargo as grey as a mixture of the two: if rounder than paint, and clear of what surrounds it
+  const bool rounder = is_round && is_rounder(fit);
   if (rounder && inside.off_surround >= 12) return Sign::cargo;
   const bool half_round = fit.coverage >= half_coverage && inside.two_sided >= 0.7;
   return rounder || (other_colour && half_round) ? Sign::perhaps : Sign::none;

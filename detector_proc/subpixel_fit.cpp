@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <opencv2/core/hal/intrin.hpp>
 #include <vector>
 
 namespace stevedore {
@@ -17,10 +18,12 @@ constexpr double widest_blur_px = 3.5;  ///< whose strips are as long
 
 /// One row or column of pixels across the edge.
 struct Strip {
-  Row shift;         ///< of the edge there by the parameters
-  double curvature;  ///< 1 / px
-  double share;      ///< of a row or column that this strip stands for
-  int count = 0;
+  Strip() {}  // NOLINT(modernize-use-equals-default): pixels stay unset, it costs a third of filling them in
+
+  Row shift;                                   ///< of the edge there by the parameters
+  double curvature;                            ///< 1 / px
+  double share;                                ///< of a row or column that this strip stands for
+  int count = 0;                               ///< of pixels; the rest of the last four are `nowhere`
   std::array<float, most_pixels> distance_px;  ///< outwards from the ellipse
   std::array<float, most_pixels> light;
   double inside = 0, outside = 0;          ///< levels
@@ -29,40 +32,30 @@ struct Strip {
   bool used = false;
 };
 
-/// The normal distribution, by table to 1e-4.
-class Normal {
- public:
-  struct Value {
-    float cdf, density;
-  };
+constexpr float nowhere_px = 1e4F;
 
-  static const Normal& table() {
-    static const Normal normal;
-    return normal;
+/// The normal distribution at four places, to 1e-5; beyond six deviations as there.
+struct Normal {
+  cv::v_float32x4 cdf, density;
+
+  explicit Normal(cv::v_float32x4 z) {
+    const auto all = [](float value) { return cv::v_setall_f32(value); };
+    const cv::v_float32x4 one = all(1);
+    // exp(-z^2 / 2) as a power of two: a whole one, and a series for the rest, within a half
+    const cv::v_float32x4 power = z * z * all(-0.5F * std::numbers::log2e_v<float>);
+    const cv::v_int32x4 whole = cv::v_round(power);
+    const cv::v_float32x4 x = (power - cv::v_cvt_f32(whole)) * all(std::numbers::ln2_v<float>);
+    const cv::v_float32x4 rest =
+        one + x * (one + x * (all(1.F / 2) + x * (all(1.F / 6) + x * (all(1.F / 24) + x * all(1.F / 120)))));
+    const cv::v_float32x4 two_to_whole =
+        cv::v_reinterpret_as_f32((whole + cv::v_setall_s32(127)) << 23);  // the exponent of a float
+    density = rest * two_to_whole * all(std::numbers::inv_sqrtpi_v<float> / std::numbers::sqrt2_v<float>);
+    // Abramowitz and Stegun 1964, 26.2.16
+    const cv::v_float32x4 t = one / (one + all(0.33267F) * cv::v_abs(z));
+    const cv::v_float32x4 tail =
+        density * t * (all(0.4361836F) + t * (all(-0.1201676F) + t * all(0.937298F)));
+    cdf = cv::v_select(z > all(0), one - tail, tail);
   }
-
-  [[nodiscard]] Value operator()(float z) const {
-    const float place = std::clamp((z + limit) * per_unit, 0.F, static_cast<float>(size) - 1.001F);
-    const auto k = static_cast<std::size_t>(place);
-    const float part = place - static_cast<float>(k);
-    const Value &low = values_[k], &high = values_[k + 1];
-    return {low.cdf + part * (high.cdf - low.cdf), low.density + part * (high.density - low.density)};
-  }
-
- private:
-  static constexpr float limit = 5, per_unit = 32;
-  static constexpr int size = static_cast<int>(2 * limit * per_unit) + 1;
-
-  Normal() {
-    for (int k = 0; k < size; ++k) {
-      const double z = k / static_cast<double>(per_unit) - limit;
-      values_[static_cast<std::size_t>(k)] = {
-          static_cast<float>(0.5 * std::erfc(-z * std::numbers::sqrt2 / 2)),
-          static_cast<float>(std::exp(-z * z / 2) / std::sqrt(2 * pi))};
-    }
-  }
-
-  std::array<Value, static_cast<std::size_t>(size)> values_{};
 };
 
 /// Strips at the places where the edge crosses the rows (or columns, whichever it crosses more squarely).
@@ -99,13 +92,12 @@ class StripCutter {
     const bool along_u = std::abs(nu) >= std::abs(nv);
     const double major = along_u ? nu : nv;
     const double from = along_u ? u : v, other = along_u ? v : u;
-    const int row = static_cast<int>(std::lround(other));
+    const int row = cvRound(other);
     const int limit = along_u ? image_.width() : image_.height(),
               row_limit = along_u ? image_.height() : image_.width();
     if (row < 0 || row >= row_limit) return;
     const double reach = half_width_px_ / std::abs(major);
-    const int first = static_cast<int>(std::ceil(from - reach)),
-              last = static_cast<int>(std::floor(from + reach));
+    const int first = cvCeil(from - reach), last = cvFloor(from + reach);
     if (first < 0 || last >= limit || last - first >= most_pixels) return;
     Strip& strip = strips.emplace_back();
     const double along = nx / speed, across = ny / speed;  // the normal, in the axes' frame
@@ -114,14 +106,16 @@ class StripCutter {
     strip.share = std::min(1.0, speed * step_rad * std::abs(major));
     const auto major_f = static_cast<float>(major), minor_f = static_cast<float>(along_u ? nv : nu);
     const auto side = static_cast<float>(row - other), bend = static_cast<float>(strip.curvature / 2);
-    for (int i = first; i <= last; ++i) {
-      const float ahead = static_cast<float>(i - from);
+    strip.count = last - first + 1;
+    image_.read(along_u ? first : row, along_u ? row : first, along_u, strip.count, strip.light.data());
+    for (std::size_t k = 0; k < static_cast<std::size_t>(strip.count); ++k) {
+      const auto ahead = static_cast<float>(first + static_cast<int>(k) - from);
       const float tangential = ahead * minor_f - side * major_f;
       // the ellipse bends away from its tangent
-      const auto k = static_cast<std::size_t>(strip.count++);
       strip.distance_px[k] = ahead * major_f + side * minor_f + bend * tangential * tangential;
-      strip.light[k] = along_u ? image_(i, row) : image_(row, i);
     }
+    for (auto k = static_cast<std::size_t>(strip.count); k % 4 != 0; ++k)
+      strip.distance_px[k] = nowhere_px, strip.light[k] = 0;
   }
 
   const LightImage& image_;
@@ -136,17 +130,22 @@ void find_levels(std::vector<Strip>& strips, double blur_px) {
     double inside = 0, inside_count = 0, outside = 0, outside_count = 0;
   };
   const auto count = static_cast<int>(strips.size());
-  std::vector<Sums> sums(strips.size() + 1);  // running
-  const double clear_px = 1.6 * blur_px;      // 95 % of the step lies within
+  std::vector<Sums> sums(strips.size() + 1);                                           // running
+  const cv::v_float32x4 clear = cv::v_setall_f32(1.6F * static_cast<float>(blur_px)),  // 95 % of the step
+      nowhere = cv::v_setall_f32(nowhere_px), one = cv::v_setall_f32(1), none = cv::v_setall_f32(0);
   for (int k = 0; k < count; ++k) {
     const Strip& strip = strips[static_cast<std::size_t>(k)];
-    Sums s = sums[static_cast<std::size_t>(k)];
-    for (int i = 0; i < strip.count; ++i) {
-      const double d = strip.distance_px[static_cast<std::size_t>(i)],
-                   light = strip.light[static_cast<std::size_t>(i)];
-      if (d < -clear_px) s.inside += light, ++s.inside_count;
-      if (d > clear_px) s.outside += light, ++s.outside_count;
+    cv::v_float32x4 inside = none, inside_count = none, outside = none, outside_count = none;
+    for (int i = 0; i < strip.count; i += 4) {
+      const cv::v_float32x4 d = cv::v_load(strip.distance_px.data() + i),
+                            light = cv::v_load(strip.light.data() + i);
+      const cv::v_float32x4 is_inside = d < none - clear, is_outside = (d > clear) & (d < nowhere);
+      inside += light & is_inside, inside_count += one & is_inside;
+      outside += light & is_outside, outside_count += one & is_outside;
     }
+    Sums s = sums[static_cast<std::size_t>(k)];
+    s.inside += cv::v_reduce_sum(inside), s.inside_count += cv::v_reduce_sum(inside_count);
+    s.outside += cv::v_reduce_sum(outside), s.outside_count += cv::v_reduce_sum(outside_count);
     sums[static_cast<std::size_t>(k) + 1] = s;
   }
   constexpr int neighbours = 4;
@@ -164,27 +163,29 @@ void find_levels(std::vector<Strip>& strips, double blur_px) {
 /// The edge's place in each strip: one step of least squares from the ellipse.
 void find_offsets(std::vector<Strip>& strips, Bright bright, double blur_px, double least_contrast) {
   const double sign = bright == Bright::within ? -1 : 1;
-  const Normal& normal = Normal::table();
   for (Strip& strip : strips) {
     const double contrast = strip.outside - strip.inside;
     strip.used = strip.used && sign * contrast > least_contrast;
     if (!strip.used) continue;
-    const auto inside = static_cast<float>(strip.inside), step = static_cast<float>(contrast);
-    const auto inverse_blur = static_cast<float>(1 / blur_px);
-    const auto bend_px = static_cast<float>(strip.curvature * blur_px * blur_px / 2);
-    float gain = 0, weight = 0, blur_gain = 0, blur_weight = 0;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(strip.count); ++i) {
-      const float z = (strip.distance_px[i] + bend_px) * inverse_blur;
-      const auto [cdf, density] = normal(z);
-      const float residual = strip.light[i] - inside - step * cdf;
-      const float by_offset = -step * density * inverse_blur, by_blur = z * by_offset;
-      gain += by_offset * residual;
-      weight += by_offset * by_offset;
-      blur_gain += by_blur * residual;
-      blur_weight += by_blur * by_blur;
+    const auto all = [](double value) { return cv::v_setall_f32(static_cast<float>(value)); };
+    const cv::v_float32x4 inside = all(strip.inside), step = all(contrast), inverse_blur = all(1 / blur_px),
+                          slope = all(-contrast / blur_px), far = all(6),
+                          bend_px = all(strip.curvature * blur_px * blur_px / 2);
+    cv::v_float32x4 gains = all(0), weights = all(0), blur_gains = all(0), blur_weights = all(0);
+    for (int i = 0; i < strip.count; i += 4) {
+      const cv::v_float32x4 d = cv::v_load(strip.distance_px.data() + i);
+      const cv::v_float32x4 z = cv::v_max(all(-6), cv::v_min(far, (d + bend_px) * inverse_blur));
+      const Normal normal(z);
+      const cv::v_float32x4 residual = cv::v_load(strip.light.data() + i) - inside - step * normal.cdf;
+      const cv::v_float32x4 by_offset = slope * normal.density, by_blur = z * by_offset;
+      gains += by_offset * residual;
+      weights += by_offset * by_offset;
+      blur_gains += by_blur * residual;
+      blur_weights += by_blur * by_blur;
     }
-    strip.blur_gain = blur_gain;
-    strip.blur_weight = blur_weight;
+    const float gain = cv::v_reduce_sum(gains), weight = cv::v_reduce_sum(weights);
+    strip.blur_gain = cv::v_reduce_sum(blur_gains);
+    strip.blur_weight = cv::v_reduce_sum(blur_weights);
     strip.used = weight > 0;
     strip.offset_px = gain / weight;
     strip.variance_px2 = 1 / weight;
@@ -269,19 +270,18 @@ double better_blur(const std::vector<Strip>& strips, double blur_px) {
 }  // namespace
 
 std::optional<SubpixelFit> fit_subpixel(const LightImage& image, const Ellipse& guess, Bright bright,
-                                        double blur_px, double reach_px, int most_strips) {
+                                        double blur_px, double reach_px, const StripCounts& counts) {
   constexpr int rounds = 3;
-  constexpr int last_round_more = 4;      // the ones before need only come near
   constexpr double faintest = 2.0 / 255;  // of contrast, in light: two grey levels
   Ellipse e = guess;
-  std::vector<Strip> strips;
-  strips.reserve(most_strips > 0 ? static_cast<std::size_t>(last_round_more * most_strips) : 512);
+  // kept: so much memory, given back each time, would be cleared by the kernel each time
+  static thread_local std::vector<Strip> strips;
   Solver solver;
   for (int round = 0; round < rounds; ++round) {
     // the step and, on either side, two pixels of level
     const double half_width_px = std::min(2.2 * blur_px + 2, std::max(reach_px, 1.6 * blur_px + 0.7));
     const bool last = round + 1 == rounds;
-    StripCutter(image, e, half_width_px).cut(last ? last_round_more * most_strips : most_strips, strips);
+    StripCutter(image, e, half_width_px).cut(last ? counts.last_round : counts.first_rounds, strips);
     find_levels(strips, blur_px);
     find_offsets(strips, bright, blur_px, std::max(faintest, 0.3 * typical_contrast(strips, bright)));
     solver = weigh(strips, outlier_limit_px(strips));

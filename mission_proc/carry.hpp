@@ -190,6 +190,7 @@ class Carry {
                                 std::optional<int> but = std::nullopt) const;
   void look_for_pad(const LevelFrame& frame);
   void look_for_circles(const LevelFrame& frame);
+  [[nodiscard]] std::optional<std::size_t> closer_slot() const;
   [[nodiscard]] Eigen::Vector3d searched_place_m(std::int64_t utime) const;
   [[nodiscard]] Eigen::Vector3d odometry_of(const LevelMark& mark, const VehicleMoment& moment) const;
 

@@ -197,8 +197,8 @@ Eigen::Vector3d Carry::searched_place_m(std::int64_t utime) const {
   return home_odometry_m_.value_or(now_->position_odometry_m);
 }
 
-/// The camera over the middle of the platform that comes next, and when that is not in view, along a spiral
-/// about where it is thought to be or where circles were seen.
+/// The camera over the middle of the platform that comes next, or near over one of its circles; and when it
+/// is not in view, along a spiral about where it is thought to be or where circles were seen.
 Carry::Goal Carry::over_deck(double height_m) {
   constexpr double spiral_mps = 1.5, turns_apart_m = 6;  // from 7 m the image is 10 m high
   // a platform's own word of its height may be metres off: what is not found at once is looked for from
@@ -209,6 +209,10 @@ Carry::Goal Carry::over_deck(double height_m) {
   if (seen || !search_utime_) search_utime_ = utime_;
   Eigen::Vector3d place_m = searched_place_m(utime_);
   if (!seen && sighting_) place_m += sighting_->off_odometry_m;
+  if (const auto slot = closer_slot(); slot && seen) {
+    place_m = course->point(course->place_of(*slot), 0, utime_).position_m;
+    height_m = settings_.closer_height_m;
+  }
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   if (course) velocity_mps.head<2>() = course->center(utime_).velocity_mps.head<2>();
   const Eigen::Vector2d ahead(std::cos(heading_rad_), std::sin(heading_rad_));

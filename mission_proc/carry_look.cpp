@@ -12,6 +12,10 @@ double seconds(std::int64_t us) {
   return static_cast<double>(us) * 1e-6;
 }
 
+/// All circles of a platform are looked at together for so long, then each for itself: three seconds to get
+/// there, three to look.
+constexpr double look_about_s = 8, closer_look_s = 6;
+
 /// Longer than any of them takes when it goes well, by about half.
 double longest_s(Phase phase) {
   switch (phase) {
@@ -110,6 +114,16 @@ std::optional<Event> Carry::none_left() {
   return Event::none_left;
 }
 
+/// When all circles in view at a time offer nothing, each is looked at from nearer by.
+std::optional<std::size_t> Carry::closer_slot() const {
+  const DeckPath* course = deck(goal_platform());
+  if (record_.phase != Phase::search || !nothing_since_ || !course) return std::nullopt;
+  const double looked_s = seconds(utime_ - *nothing_since_) - look_about_s;
+  if (looked_s < 0) return std::nullopt;
+  const auto slot = static_cast<std::size_t>(looked_s / closer_look_s);
+  return slot < course->news().slots.size() ? std::optional(slot) : std::nullopt;
+}
+
 std::optional<Event> Carry::look_in_search() {
   if (const auto event = none_left()) return event;
   candidates_.clear();
@@ -152,7 +166,9 @@ std::optional<Event> Carry::look_in_search() {
     nothing_since_.reset();
   else if (!nothing_since_)
     nothing_since_ = utime_;
-  if (!nothing_since_ || seconds(utime_ - *nothing_since_) < 25) return std::nullopt;
+  const auto slots = static_cast<double>(course->news().slots.size());
+  if (!nothing_since_ || seconds(utime_ - *nothing_since_) < look_about_s + closer_look_s * slots)
+    return std::nullopt;
   say(record_.loaded ? "goes home: no free circle is left" : "goes home: no cargo is left that can be taken");
   return Event::none_left;
 }

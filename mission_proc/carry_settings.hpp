@@ -37,6 +37,7 @@ struct CarrySettings {
   double take_off_height_m = 4;
   double search_height_m = 7;     // a deck of 4 m fills two thirds of the image
   double inspect_height_m = 3.5;  // a rim is 17 px large, and all four circles are in view
+  double closer_height_m = 2;  // a rim is 27 px large: dark buckets on dark paint are told there if anywhere
   double transit_height_m = 5;
   double approach_height_m = 3;  // all four circles of a deck are in view, and the rim is 18 px large
   double land_height_m = 1.5;    // the pad's circle is still whole in view; straight down from there
@@ -85,6 +86,8 @@ void describe(CarrySettings& s, Visitor& visit) {
   visit("search_height_m", s.search_height_m, 1.0, 50.0, "m", "height over a platform that is looked for");
   visit("inspect_height_m", s.inspect_height_m, 1.0, 50.0, "m",
         "height over a platform that was found, at which it is seen where cargoes stand");
+  visit("closer_height_m", s.closer_height_m, 1.0, 50.0, "m",
+        "height over each circle at which it is looked at once more when there is nothing to choose");
   visit("transit_height_m", s.transit_height_m, 1.0, 50.0, "m", "height on the way to the other platform");
   visit("approach_height_m", s.approach_height_m, 1.0, 50.0, "m",
         "height over the target at which it is aligned, and to which a failed step goes back: the clear "

@@ -6,7 +6,7 @@
 # example NAME: the block of docs/campaign.md, with short missions.
 example() {
   sed -n "/^<!-- example: $1 -->$/,/^\`\`\`$/{/^<!--\|^\`\`\`/d; p}" "$top/docs/campaign.md" |
-    sed 's/--missions 100 /--missions 4 --longest 5 /'
+    sed 's/--missions 100 /--missions 4 --longest 2 /'
 }
 
 # seeds_of FILE: sorted, on one line.
@@ -30,7 +30,7 @@ fi
 export PATH="$bin:$scratch/path:$PATH"
 
 example parallel >"$scratch/parallel.sh"
-grep -q -e '--longest 5 .*--shard {}/2' "$scratch/parallel.sh" || fail "no example for parallel in docs/campaign.md"
+grep -q -e '--longest 2 .*--shard {}/2' "$scratch/parallel.sh" || fail "no example for parallel in docs/campaign.md"
 (cd "$scratch/parallel" && sh -eu ../parallel.sh) >"$scratch/parallel.log" 2>&1 || fail "the example for parallel failed"
 [ "$(seeds_of "$scratch/parallel/shard-1.jsonl")" = "1 3" ] || fail "shard 1 has other seeds than 1 3"
 [ "$(seeds_of "$scratch/parallel/merged.jsonl")" = "1 2 3 4" ] || fail "the merged file has not every seed once"

@@ -3,6 +3,7 @@
 #include "mission_proc/carry.hpp"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -84,6 +85,7 @@ class Bench {
   [[nodiscard]] Eigen::Vector2d camera_m() const {
     return position_m_.head<2>() + 0.8 * Eigen::Vector2d(std::cos(heading_rad_), std::sin(heading_rad_));
   }
+  [[nodiscard]] double camera_height_m() const { return -position_m_.z() - 0.25; }
   /// Of the aircraft against where it would be with its hook over the target's circle.
   [[nodiscard]] double hook_over_goal_m() const { return -position_m_.z() - 0.35 - 0.8 - 0.42; }
   [[nodiscard]] Eigen::Vector2d beside_target_m() const {
@@ -95,6 +97,8 @@ class Bench {
   bool stands = false;                               ///< the deck bears the cargo
   bool in_view = true, numbers_certain = true, frozen = false;
   double laser_off_m = 0;
+  bool all_empty = false;
+  std::optional<double> told_within_m;  ///< cargoes are told from right above only, and not from higher
   Eigen::Vector2d put_m = Eigen::Vector2d::Zero();  ///< of cargoes from their circles' middles
   std::vector<Eigen::Vector3d> lone_circles_m;      ///< seen, and of no platform that is known
 
@@ -129,7 +133,10 @@ class Bench {
       news.identity_certain = numbers_certain;
       news.knots = {{0, middle_m, still, up, true}, {1, middle_m, still, up, true}};
       for (int slot = 0; slot < 4; ++slot) {
-        const bool occupied = platform == 0 || (!closed_ && carry_.phase() == Phase::verify_drop);
+        const bool is_told = !told_within_m || (camera_m() - circle_m(platform, slot).head<2>()).norm() < 0.3;
+        const bool is_near = -position_m_.z() < told_within_m.value_or(1e9);
+        const bool stands_here = platform == 0 && (is_told && is_near) && !all_empty;
+        const bool occupied = stands_here || (!closed_ && carry_.phase() == Phase::verify_drop);
         SlotReport report;
         report.center_ned_m = circle_m(platform, slot);
         report.condition = occupied ? SlotCondition::occupied : SlotCondition::empty;
@@ -344,4 +351,26 @@ TEST_CASE("carry: a laser that contradicts vision over the deck is told, and ove
   const auto over_after_s = bench.seconds_until(Emergency::altitude_disagrees, false, 10);
   REQUIRE(over_after_s);
   CHECK(*over_after_s < 1.2);
+}
+
+TEST_CASE("carry: when there is nothing to choose each circle is looked at from nearer by") {
+  Bench bench(false);
+  SECTION("a cargo that is told from there only is taken") {
+    bench.told_within_m = 3;
+    CHECK(bench.run_until([&] { return bench.carry().phase() == Phase::approach; }, 45));
+  }
+  SECTION("it goes home when all of them are empty, having been over each") {
+    bench.all_empty = true;
+    std::array<bool, 4> seen{};
+    const auto looks_closely = [&] {
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Eigen::Vector2d circle_m(k < 2 ? 1.0 : -1.0, k % 2 == 0 ? 1.0 : -1.0);
+        const bool is_low = bench.camera_height_m() < 2.3;
+        seen[k] = seen[k] || (is_low && (bench.camera_m() - circle_m).norm() < 0.3);
+      }
+      return bench.carry().phase() == Phase::go_home;
+    };
+    CHECK(bench.run_until(looks_closely, 60));
+    CHECK(std::all_of(seen.begin(), seen.end(), [](bool s) { return s; }));
+  }
 }
