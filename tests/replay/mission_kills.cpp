@@ -53,8 +53,13 @@ struct Killer {
   }
 };
 
-/// Whether the cargo slipped off: one that was badly taken does so in the world, whoever flies.
-bool fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
+enum class Outcome {
+  flown,
+  slipped_off,  ///< a cargo that was badly taken does so in the world, whoever flies
+  not_taken     ///< nor is every cargo taken hold of in this world, whether killed or not
+};
+
+Outcome fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
   constexpr double longest_s = 400;
   int delivered = 0;
   bool has_been_loaded = false, hung = false;
@@ -62,7 +67,8 @@ bool fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
     flight.step();
     if (!start && flight.truth().cargo_count > 0) start = flight.truth();
     const mission_t& mission = flight.mission();
-    if (hung && !hangs(flight.truth()) && mission.action != mission_t::ACTION_RELEASE) return true;
+    if (hung && !hangs(flight.truth()) && mission.action != mission_t::ACTION_RELEASE)
+      return Outcome::slipped_off;
     hung = hangs(flight.truth());
     has_been_loaded = has_been_loaded || mission.phase == mission_t::PHASE_TRANSIT;
     const bool grips =
@@ -72,7 +78,7 @@ bool fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
     delivered = mission.delivered;
     killer.look(flight, has_been_loaded);
   }
-  return false;
+  return has_been_loaded ? Outcome::flown : Outcome::not_taken;
 }
 
 }  // namespace
@@ -85,11 +91,14 @@ TEST_CASE(
                      mission_t::PHASE_DESCEND,  mission_t::PHASE_LOAD,   mission_t::PHASE_VERIFY_LOAD,
                      mission_t::PHASE_TRANSIT,  mission_t::PHASE_DROP,   mission_t::PHASE_VERIFY_DROP,
                      mission_t::PHASE_RETURN,   mission_t::PHASE_LAND};
-  for (int seed = 1; !left.empty() && seed <= 3; ++seed) {
+  int flown = 0;
+  constexpr int first_seed = 4, last_seed = 7;  // of the first four the one that most is seen of
+  for (int seed = first_seed; !left.empty() && seed <= last_seed; ++seed) {
     LockStep flight(one_cargo(seed), "mission-kills-" + std::to_string(getpid()));
     Killer killer;
     std::optional<truth_t> start;
-    if (fly(flight, killer, start)) continue;
+    if (fly(flight, killer, start) != Outcome::flown) continue;
+    ++flown;
     UNSCOPED_INFO("seed " << seed << " ended after " << flight.time_s() << " s in "
                           << phase_name(flight.mission().phase) << ", " << flight.mission().attempts
                           << " attempts");
@@ -102,5 +111,6 @@ TEST_CASE(
     REQUIRE(start);
     CHECK(drop_errors_m(*start, flight.truth()).size() == 1);
   }
+  CHECK(flown > 0);
   CHECK(left == std::set<int>());
 }
