@@ -53,13 +53,8 @@ struct Killer {
   }
 };
 
-enum class Outcome {
-  flown,
-  slipped_off,  ///< a cargo that was badly taken does so in the world, whoever flies
-  not_taken     ///< nor is every cargo taken hold of in this world, whether killed or not
-};
-
-Outcome fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
+/// Whether the cargo slipped off: one that was badly taken does so in the world, whoever flies.
+bool fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
   constexpr double longest_s = 400;
   int delivered = 0;
   bool has_been_loaded = false, hung = false;
@@ -67,8 +62,7 @@ Outcome fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
     flight.step();
     if (!start && flight.truth().cargo_count > 0) start = flight.truth();
     const mission_t& mission = flight.mission();
-    if (hung && !hangs(flight.truth()) && mission.action != mission_t::ACTION_RELEASE)
-      return Outcome::slipped_off;
+    if (hung && !hangs(flight.truth()) && mission.action != mission_t::ACTION_RELEASE) return true;
     hung = hangs(flight.truth());
     has_been_loaded = has_been_loaded || mission.phase == mission_t::PHASE_TRANSIT;
     const bool grips =
@@ -78,7 +72,7 @@ Outcome fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
     delivered = mission.delivered;
     killer.look(flight, has_been_loaded);
   }
-  return has_been_loaded ? Outcome::flown : Outcome::not_taken;
+  return false;
 }
 
 }  // namespace
@@ -91,14 +85,12 @@ TEST_CASE(
                      mission_t::PHASE_DESCEND,  mission_t::PHASE_LOAD,   mission_t::PHASE_VERIFY_LOAD,
                      mission_t::PHASE_TRANSIT,  mission_t::PHASE_DROP,   mission_t::PHASE_VERIFY_DROP,
                      mission_t::PHASE_RETURN,   mission_t::PHASE_LAND};
-  int flown = 0;
-  constexpr int first_seed = 4, last_seed = 7;  // of the first four the one that most is seen of
+  constexpr int first_seed = 4, last_seed = 6;  // of the first four the one that shows most phases
   for (int seed = first_seed; !left.empty() && seed <= last_seed; ++seed) {
     LockStep flight(one_cargo(seed), "mission-kills-" + std::to_string(getpid()));
     Killer killer;
     std::optional<truth_t> start;
-    if (fly(flight, killer, start) != Outcome::flown) continue;
-    ++flown;
+    if (fly(flight, killer, start)) continue;
     UNSCOPED_INFO("seed " << seed << " ended after " << flight.time_s() << " s in "
                           << phase_name(flight.mission().phase) << ", " << flight.mission().attempts
                           << " attempts");
@@ -111,6 +103,5 @@ TEST_CASE(
     REQUIRE(start);
     CHECK(drop_errors_m(*start, flight.truth()).size() == 1);
   }
-  CHECK(flown > 0);
   CHECK(left == std::set<int>());
 }

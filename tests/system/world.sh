@@ -28,7 +28,9 @@ fi
 fly report 15 15
 report="$scratch/report/report.json"
 check_report "$report" 'r["frames"] + r["camera_drops"] >= 220'
-check_report "$report" 'r["frames"] >= 40' # also where the sanitizers draw five frames a second
+least=150 # on a busy machine too
+[ -z "${STEVEDORE_SANITIZE:-}" ] || least=40 # a sanitized renderer draws five frames a second
+check_report "$report" "r['frames'] >= $least"
 check_report "$report" 'r["frames_lost"] == 0 and r["messages_lost"] == 0'
 check_report "$report" 'r["answered"] >= r["frames"] - r["frames_skipped"] - 2'
 check_report "$report" '"sim_proc" in r["stages"] and "gimbal_proc" in r["cpu_share"]'
