@@ -51,6 +51,7 @@ struct RenderThread::Work {
       lock.lock();
       picture = std::move(drawn);
       failure = why;
+      ended.notify_all();
     }
   }
 
@@ -59,7 +60,7 @@ struct RenderThread::Work {
   world::Renderer renderer;
   bool busy = false;  ///< of the thread that starts and takes
   std::mutex mutex;
-  std::condition_variable changed;
+  std::condition_variable changed, ended;
   bool stop = false;
   std::optional<Exposure> exposure;  ///< waits to be drawn
   std::optional<Picture> picture;    ///< waits to be taken
@@ -95,6 +96,11 @@ std::optional<Picture> RenderThread::take() {
   auto picture = std::exchange(work_->picture, std::nullopt);
   if (picture) work_->busy = false;
   return picture;
+}
+
+void RenderThread::wait() {
+  std::unique_lock lock(work_->mutex);
+  work_->ended.wait(lock, [this] { return work_->picture || work_->failure; });
 }
 
 }  // namespace stevedore

@@ -43,6 +43,8 @@ class RenderThread {
   void start(Exposure exposure);
   /// The picture, once it is drawn. Throws what drawing threw.
   std::optional<Picture> take();
+  /// Returns when there is a picture, or a failure, to take. Only when busy.
+  void wait();
 
  private:
   struct Work;

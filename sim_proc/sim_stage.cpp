@@ -174,6 +174,12 @@ Condition SimStage::work(std::int64_t now_utime) {
   return condition();
 }
 
+Condition SimStage::finish_drawing() {
+  if (renderer_.is_busy()) renderer_.wait();
+  if (const auto picture = renderer_.take()) send(*picture);
+  return condition();
+}
+
 bool SimStage::has_ended() const {
   return settings_.seconds > 0 && world_.time_s() >= settings_.seconds;
 }

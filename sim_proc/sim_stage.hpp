@@ -58,7 +58,8 @@ class SimStage {
   /// Never waits: a picture for which the one before is still being drawn is dropped and counted.
   Condition work(std::int64_t now_utime);
 
-  [[nodiscard]] bool is_drawing() const { return renderer_.is_busy(); }
+  /// Waits for the picture that is being drawn, and publishes it: for lock step, where no picture is dropped.
+  Condition finish_drawing();
 
  private:
   void step();

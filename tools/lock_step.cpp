@@ -2,7 +2,6 @@
 
 #include <set>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "detector_proc/detector_stage.hpp"
@@ -91,11 +90,8 @@ void LockStep::fly(double seconds) {
 void LockStep::step() {
   now_utime_ += step_us;
   if (!stages_[4]->code && now_utime_ >= mission_back_utime_) make_mission();
-  Condition condition = sim_->work(now_utime_);
-  while (sim_->is_drawing()) {
-    std::this_thread::yield();
-    condition = sim_->work(now_utime_);
-  }
+  sim_->work(now_utime_);
+  const Condition condition = sim_->finish_drawing();
   if (condition.state == health_t::STATE_FAILED) throw std::runtime_error("the world: " + condition.message);
   exchange();
 }

@@ -14,14 +14,38 @@ Eigen::Vector2d View::pixel_of(const Eigen::Vector3d& point_camera_m) const {
   return distort(lens, lens.rectified.project(ray.homogeneous()));
 }
 
-PixelRect View::bounds_of(const std::vector<Eigen::Vector3d>& points_ned_m, double margin_px) const {
+namespace {
+
+using Points = std::vector<Eigen::Vector3d>;
+
+/// Of the hull of points in camera axes what lies before the camera, as points again: the hull of those that do and
+/// of where the lines from them to the others pass the least depth.
+Points before_camera(const Points& points_camera_m) {
   constexpr double least_depth_m = 0.02;
+  Points before, behind;
+  for (const Eigen::Vector3d& point : points_camera_m)
+    (point.z() < least_depth_m ? behind : before).push_back(point);
+  const size_t seen = before.size();
+  for (const Eigen::Vector3d& hidden : behind)
+    for (size_t i = 0; i < seen; ++i) {
+      const Eigen::Vector3d way = hidden - before[i];
+      before.emplace_back(before[i] + (least_depth_m - before[i].z()) / way.z() * way);
+    }
+  return before;
+}
+
+}  // namespace
+
+PixelRect View::bounds_of(const std::vector<Eigen::Vector3d>& points_ned_m, double margin_px) const {
+  Points points;
+  points.reserve(points_ned_m.size());
+  for (const Eigen::Vector3d& point : points_ned_m) points.push_back(to_camera(point));
+  points = before_camera(points);
+  if (points.empty()) return {};
   const PixelRect all{0, 0, rays.width_px, rays.height_px};
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
-  for (const Eigen::Vector3d& point : points_ned_m) {
-    const Eigen::Vector3d point_camera_m = to_camera(point);
-    if (point_camera_m.z() < least_depth_m) return all;
-    const Eigen::Vector2d px = pixel_of(point_camera_m);
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector2d px = pixel_of(point);
     low = low.cwiseMin(px);
     high = high.cwiseMax(px);
   }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -29,11 +28,8 @@ class SimFlight {
   void fly(double seconds) {
     for (const int64_t until = now + static_cast<int64_t>(seconds * 1e6); now < until;) {
       now += static_cast<int64_t>(world::World::step_s * 1e6);
-      condition = sim_.work(now);
-      while (sim_.is_drawing()) {
-        std::this_thread::yield();
-        condition = sim_.work(now);
-      }
+      sim_.work(now);
+      condition = sim_.finish_drawing();
       exchange();
     }
   }

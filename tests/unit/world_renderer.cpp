@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_proc/world/scenery.hpp"
+#include "sim_proc/world/view.hpp"
 
 using namespace stevedore;
 using namespace stevedore::world;
@@ -267,4 +268,37 @@ TEST_CASE("worn paint shows as much ground as is worn, and textures keep the mea
   scene.decks[0].marks[0].paint.wear = 0.3F;
   const double bare = fresh * 0.1 / 0.7;
   CHECK((fresh - cv::mean(renderer.render(scene))[1]) / (fresh - bare) == Approx(0.3).margin(0.05));
+}
+
+TEST_CASE("only what is before the camera bounds a thing's picture") {
+  const Scene scene = from_above();  // the eye is 3 m up
+  const LensRays rays = rays_of(scene.eye.lens);
+  const View view(scene.eye, rays);
+  CHECK(view.bounds_of({{0, 0, -3.5}, {0.5, 0.5, -4}}, 2).empty());
+  // from a metre north on the ground, at v = 19.5, upwards out of the image and past the eye
+  const PixelRect beside = view.bounds_of({{1, -0.1, 0}, {1, 0.1, 0}, {1, -0.1, -4}, {1, 0.1, -4}}, 2);
+  CHECK(beside.top == 0);
+  CHECK(beside.bottom >= 20);
+  CHECK(beside.bottom <= 24);
+  // wide where it comes near the eye, so to both sides
+  CHECK(beside.left == 0);
+  CHECK(beside.right == 320);
+}
+
+TEST_CASE("a pole that goes up past the camera is drawn as far as it is in front of it") {
+  Renderer renderer(1);
+  Scene scene = over_plain_deck(0.6F);
+  Capsule pole;
+  pole.from_ned_m = {0.5, 0, 0};
+  pole.to_ned_m = {0.5, 0, -4};
+  pole.radius_m = 0.05;
+  scene.capsules = {pole};
+  scene.light.to_sun_ned = {0, 0, -1};
+  const cv::Mat without = renderer.render(over_plain_deck(0.6F)), with = renderer.render(scene);
+  const auto changed = [&](double north_m) {
+    return std::abs(level_at(with, north_m, 0) - level_at(without, north_m, 0)) > 20;
+  };
+  CHECK(changed(0.5));  // its foot
+  CHECK(changed(1.1));  // its upper parts, farther out up to the image's edge
+  CHECK_FALSE(changed(0.4));
 }
