@@ -145,9 +145,10 @@ void Carry::see(const LevelFrame& frame) {
       for (std::size_t slot = 0; slot < course.news().slots.size(); ++slot) {
         constexpr double own_m = 0.6;  // half of what two circles are apart at least
         const Eigen::Vector2d off_m = place - course.place_of(slot);
-        if (off_m.norm() < own_m)
-          places_.see({platform, static_cast<int>(slot)}, off_m, mark.from_camera_level_m.norm(),
-                      frame.utime);
+        const SlotId id{platform, static_cast<int>(slot)};
+        const bool hangs_there = record_.phase == Phase::verify_load && record_.target == id;
+        if (off_m.norm() < own_m && !hangs_there)
+          places_.see(id, off_m, mark.from_camera_level_m.norm(), frame.utime);
       }
     }
   }

@@ -184,6 +184,8 @@ class Carry {
   void learn_hook(const Eigen::Vector3d& off_ned_m, double heading_rad);
   void learn_from_drop();
   void work_jaws(const Miss& off, double felt_about_m);
+  /// A cargo that was taken hold of stays low for a while: what slips off then falls onto its base.
+  [[nodiscard]] bool tries_hold() const;
   [[nodiscard]] bool may_let_go(const Miss& off) const;
   void forget_circles_elsewhere(const DeckNews& report);
   [[nodiscard]] bool is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t utime,

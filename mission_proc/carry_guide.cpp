@@ -109,6 +109,7 @@ std::optional<Carry::Goal> Carry::goal(double passed_s) {
     case Phase::drop:
       return over_target(-press_m, touch_mps, passed_s);
     case Phase::verify_load:
+      return over_target(tries_hold() ? settings_.clearance_m : clear_m, climb_mps, passed_s);
     case Phase::verify_drop:
     case Phase::retry:
       return over_target(clear_m, climb_mps, passed_s);
@@ -166,6 +167,10 @@ void Carry::work_jaws(const Miss& off, double felt_about_m) {
   const double within_m = felt_about_m + (closes_jaws_ ? swung_out_m : settings_.grab_m);
   closes_jaws_ = here && off.horizontal_m < within_m && (closes_jaws_ || off.speed_mps < slow_mps);
   if (closes_jaws_ && !closing_since_) closing_since_ = utime_;
+}
+
+bool Carry::tries_hold() const {
+  return in_phase_s() < settings_.hold_try_s && target_age_s() < settings_.oldest_s;
 }
 
 /// When the load cell tells that the deck carries the cargo; on what was said about its height alone only

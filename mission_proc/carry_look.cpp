@@ -232,11 +232,12 @@ std::optional<Event> Carry::look_in_load() {
 
 std::optional<Event> Carry::look_in_verify_load() {
   if (hook_ && !hook_->closed && in_phase_s() > 0.5) return Event::slipped;
-  const bool up = in_phase_s() > 3;  // a metre, at the least
-  if (up && light_since_ && seconds(utime_ - *light_since_) > 1) {
+  const bool lifted = in_phase_s() > 3;
+  if (lifted && light_since_ && seconds(utime_ - *light_since_) > 1) {
     say("the hook bears nothing: not loaded");
     return Event::slipped;
   }
+  const bool up = in_phase_s() > settings_.hold_try_s + 3;  // a metre over its circle, at the least
   if (!up || !heavy_since_ || seconds(utime_ - *heavy_since_) < 0.5) return std::nullopt;
   const DeckPath* course = record_.target ? deck(record_.target->platform) : nullptr;
   const auto slot = record_.target ? static_cast<std::size_t>(record_.target->slot) : 0;
@@ -247,7 +248,7 @@ std::optional<Event> Carry::look_in_verify_load() {
       return Event::loaded;
     }
   }
-  if (in_phase_s() < 10) return std::nullopt;
+  if (in_phase_s() < settings_.hold_try_s + 10) return std::nullopt;
   say("loaded: the hook bears it; its circle was not seen empty");
   return Event::loaded;
 }

@@ -53,6 +53,7 @@ struct CarrySettings {
   double battery_floor = 0.2;
   double fence_m = 120;  // from the take-off point
   int attempts_per_slot = 4;
+  double hold_try_s = 15;  // eight swings of a cargo on its rope: a poor hold has given way by then
 };
 
 template <class Visitor>
@@ -109,6 +110,10 @@ void describe(CarrySettings& s, Visitor& visit) {
   visit("fence_m", s.fence_m, 1.0, 1e5, "m", "distance from the take-off point at which the mission ends");
   visit("attempts_per_slot", s.attempts_per_slot, 1.0, 100.0, "1",
         "failures with one cargo, or one circle, after which it is left alone");
+  visit("hold_try_s", s.hold_try_s, 0.0, 120.0, "s",
+        "how long a cargo is held just over its circle before it is taken away, so that one that slips off "
+        "falls "
+        "onto its base; raise: slower, fewer lost");
 }
 
 }  // namespace stevedore

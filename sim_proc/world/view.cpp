@@ -18,8 +18,8 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
-/// Of the hull of points in camera axes what lies before the camera, as points again: the hull of those that do and
-/// of where the lines from them to the others pass the least depth.
+/// Of the hull of points in camera axes what lies before the camera, as points again: the hull of those that
+/// do and of where the lines from them to the others pass the least depth.
 Points before_camera(const Points& points_camera_m) {
   constexpr double least_depth_m = 0.02;
   Points before, behind;

@@ -39,8 +39,8 @@ struct View {
   /// Pixel of the image as given, of a point with z > 0. Points outside of what the lens sees land outside of
   /// the image in the same direction, not where the lens polynomial would fold them.
   [[nodiscard]] Eigen::Vector2d pixel_of(const Eigen::Vector3d& point_camera_m) const;
-  /// Of the part of the image that the hull of the points reaches, as far as it is before the camera, widened by the
-  /// margin.
+  /// Of the part of the image that the hull of the points reaches, as far as it is before the camera, widened
+  /// by the margin.
   [[nodiscard]] PixelRect bounds_of(const std::vector<Eigen::Vector3d>& points_ned_m, double margin_px) const;
 };
 

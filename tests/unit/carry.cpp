@@ -255,6 +255,32 @@ TEST_CASE("carry: jaws are told to close near the handle only, and to open when 
   CHECK(bench.run_until(grabs, 10));
 }
 
+TEST_CASE(
+    "carry: a cargo is held low over its circle before it is taken away, and taken again when it slips off") {
+  Bench bench(false);
+  REQUIRE(bench.run_to(Phase::load));
+  REQUIRE(bench.run_until([&] { return bench.carry().action() == Action::grab; }, 10));
+  bench.close();
+  REQUIRE(bench.run_to(Phase::verify_load));
+  double highest_m = 0;
+  const auto watched = [&](Phase phase) {
+    highest_m = std::max(highest_m, bench.hook_over_goal_m());
+    return bench.carry().phase() == phase;
+  };
+  CHECK_FALSE(bench.run_until([&] { return watched(Phase::transit); }, 14));
+  CHECK(highest_m > 0.3);
+  CHECK(highest_m < 0.45);
+  bench.stands = true;  // it fell off
+  REQUIRE(bench.run_until([&] { return bench.carry().phase() == Phase::retry; }, 2));
+  CHECK(bench.carry().record().written_off == 0);
+  CHECK(bench.carry().record().failures.size() == 1);
+  bench.stands = false;
+  REQUIRE(bench.run_until([&] { return bench.carry().action() == Action::grab; }));
+  bench.close();
+  REQUIRE(bench.run_to(Phase::verify_load));
+  CHECK(bench.run_until([&] { return bench.carry().phase() == Phase::transit; }, 30));
+}
+
 TEST_CASE("carry: where a cargo came to stand tells where the hook hangs") {
   Bench bench(true);
   REQUIRE(bench.run_to(Phase::drop));
