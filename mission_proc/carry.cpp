@@ -140,11 +140,12 @@ void Carry::see(const LevelFrame& frame) {
     if (course.age_s(frame.utime) > 0.5) continue;
     for (const LevelMark& mark : frame.marks) {
       if (mark.label != Label::cargo) continue;
-      const Eigen::Vector3d rim_m = odometry_of(mark, *moment);
-      const Eigen::Vector2d place = course.place_below(rim_m, settings_.rim_over_deck_m, frame.utime);
+      const auto place = course.place_below(camera_odometry_m(*moment), odometry_of(mark, *moment),
+                                            settings_.rim_over_deck_m, frame.utime);
+      if (!place) continue;
       for (std::size_t slot = 0; slot < course.news().slots.size(); ++slot) {
         constexpr double own_m = 0.6;  // half of what two circles are apart at least
-        const Eigen::Vector2d off_m = place - course.place_of(slot);
+        const Eigen::Vector2d off_m = *place - course.place_of(slot);
         const SlotId id{platform, static_cast<int>(slot)};
         const bool hangs_there = record_.phase == Phase::verify_load && record_.target == id;
         if (off_m.norm() < own_m && !hangs_there)
@@ -354,8 +355,8 @@ Eigen::Vector3d Carry::hook_odometry_m() const {
 
 Eigen::Vector3d Carry::hangs_ned_m() const {
   Eigen::Vector3d hangs_m = hanging_.mean_ned_m();
-  hangs_m.head<2>() += ned_from_deck(hook_off_m_.head<2>(), hanging_.heading_rad());
-  hangs_m.z() += hook_off_m_.z();
+  hangs_m.head<2>() += ned_from_deck(record_.hook_off_m.head<2>(), hanging_.heading_rad());
+  hangs_m.z() += record_.hook_off_m.z();
   return hangs_m;
 }
 
@@ -392,10 +393,10 @@ void Carry::feel_touch() {
 void Carry::learn_hook(const Eigen::Vector3d& off_ned_m, double heading_rad) {
   constexpr double most_m = 0.15;  // more is no lever arm
   if (off_ned_m.norm() > most_m) return;
-  ++hook_lessons_;
+  ++record_.hook_lessons;
   Eigen::Vector3d lesson_m = off_ned_m;
   lesson_m.head<2>() = deck_from_ned(off_ned_m.head<2>(), heading_rad);
-  hook_off_m_ -= lesson_m / (1 + hook_lessons_);
+  record_.hook_off_m -= lesson_m / (1 + record_.hook_lessons);
 }
 
 /// Where a cargo was thought to touch against where it stands now.
@@ -407,13 +408,17 @@ void Carry::learn_from_drop() {
   learn_hook(wrong_m, touch_->heading_rad);
 }
 
+Eigen::Vector3d Carry::camera_odometry_m(const VehicleMoment& moment) const {
+  const Eigen::Vector3d arm_m(settings_.camera_forward_m, settings_.camera_right_m, settings_.camera_down_m);
+  return moment.position_odometry_m + moment.ned_from_body * arm_m;
+}
+
 Eigen::Vector3d Carry::odometry_of(const LevelMark& mark, const VehicleMoment& moment) const {
   const Eigen::Matrix3d axes = moment.ned_from_body.toRotationMatrix();
-  const Eigen::Vector3d arm_m(settings_.camera_forward_m, settings_.camera_right_m, settings_.camera_down_m);
   const double heading_rad = std::atan2(axes(1, 0), axes(0, 0));
   const Eigen::Vector3d& level_m = mark.from_camera_level_m;
   const Eigen::Vector2d out_m = ned_from_deck({-level_m.y(), level_m.x()}, heading_rad);
-  return moment.position_odometry_m + axes * arm_m + Eigen::Vector3d(out_m.x(), out_m.y(), level_m.z());
+  return camera_odometry_m(moment) + Eigen::Vector3d(out_m.x(), out_m.y(), level_m.z());
 }
 
 /// Whether a point is on a known platform, `but` aside.

@@ -64,6 +64,10 @@ struct CarryRecord {
   std::vector<DeliveredCargo> delivered;
   std::map<SlotId, int> failures;
   Eigen::Vector3d home_ned_m = Eigen::Vector3d::Zero();
+  /// Of the hook from where it is told to hang, ahead, right, down: the mean of so many lessons, and of one
+  /// of nought.
+  Eigen::Vector3d hook_off_m = Eigen::Vector3d::Zero();
+  int hook_lessons = 0;
 };
 
 // ---- what comes out ----
@@ -194,6 +198,7 @@ class Carry {
   void look_for_circles(const LevelFrame& frame);
   [[nodiscard]] std::optional<std::size_t> closer_slot() const;
   [[nodiscard]] Eigen::Vector3d searched_place_m(std::int64_t utime) const;
+  [[nodiscard]] Eigen::Vector3d camera_odometry_m(const VehicleMoment& moment) const;
   [[nodiscard]] Eigen::Vector3d odometry_of(const LevelMark& mark, const VehicleMoment& moment) const;
 
   // ---- where the aircraft should be ----
@@ -257,9 +262,6 @@ class Carry {
     double heading_rad;
   };
   std::optional<Touch> touch_;
-  Eigen::Vector3d hook_off_m_ =
-      Eigen::Vector3d::Zero();  ///< ahead, right, down: from where it is told to hang
-  int hook_lessons_ = 0;
   int touches_off_ = 0;                       ///< times that it was too far off, with this target
   std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
   /// Circles seen in a search that no platform has taken.

@@ -127,6 +127,8 @@ mission_journal_t to_message(const CarryRecord& record) {
   m.attempts = static_cast<std::int16_t>(record.attempts);
   m.written_off = static_cast<std::int16_t>(record.written_off);
   put(record.home_ned_m, m.home_ned_m);
+  put(record.hook_off_m, m.hook_off_m);
+  m.hook_lessons = static_cast<std::int16_t>(record.hook_lessons);
   for (const DeliveredCargo& d : record.delivered) {
     mission_delivery_t delivery{};
     delivery.platform = static_cast<std::int16_t>(d.slot.platform);
@@ -155,6 +157,8 @@ CarryRecord from_message(const mission_journal_t& m) {
   record.attempts = m.attempts;
   record.written_off = m.written_off;
   record.home_ned_m = vector_of(m.home_ned_m);
+  record.hook_off_m = vector_of(m.hook_off_m);
+  record.hook_lessons = m.hook_lessons;
   for (const mission_delivery_t& d : m.deliveries)
     record.delivered.push_back({{d.platform, d.slot}, d.off_m});
   for (const mission_failure_t& f : m.failures) record.failures[{f.platform, f.slot}] = f.times;

@@ -82,9 +82,15 @@ PointPath DeckPath::point(const Eigen::Vector2d& place_m, double height_m, std::
   return {now_m, (on_deck(place_m, height_m, utime + apart_us) - now_m) / seconds(apart_us)};
 }
 
-Eigen::Vector2d DeckPath::place_below(const Eigen::Vector3d& odometry_m, double height_m,
-                                      std::int64_t utime) const {
-  const Eigen::Vector3d foot_m = odometry_m - height_m * normal(utime) - center(utime).position_m;
+std::optional<Eigen::Vector2d> DeckPath::place_below(const Eigen::Vector3d& eye_odometry_m,
+                                                     const Eigen::Vector3d& top_odometry_m, double height_m,
+                                                     std::int64_t utime) const {
+  constexpr double range_off = 0.2;  // a foot taken for a rim is a fifth off
+  const Eigen::Vector3d up = normal(utime), middle_m = center(utime).position_m;
+  const Eigen::Vector3d ray_m = top_odometry_m - eye_odometry_m;
+  const double range = (height_m - up.dot(eye_odometry_m - middle_m)) / up.dot(ray_m);
+  if (!(std::abs(range - 1) < range_off)) return std::nullopt;
+  const Eigen::Vector3d foot_m = eye_odometry_m + range * ray_m - height_m * up - middle_m;
   return deck_from_ned(foot_m.head<2>(), heading_rad(utime));
 }
 

@@ -61,9 +61,12 @@ class DeckPath {
   [[nodiscard]] double heading_rad(std::int64_t utime) const;
   /// Of a circle's centre on the deck.
   [[nodiscard]] Eigen::Vector2d place_of(std::size_t slot) const { return places_m_.at(slot); }
-  /// Where on the deck a point is that lies above it by height_m.
-  [[nodiscard]] Eigen::Vector2d place_below(const Eigen::Vector3d& odometry_m, double height_m,
-                                            std::int64_t utime) const;
+  /// Where on the deck a thing stands whose top lies above it by height_m and was seen at a point: only the
+  /// point's direction from the eye counts, since its range is as uncertain as the thing's size. Nothing
+  /// where even so the range tells that it is not on the deck.
+  [[nodiscard]] std::optional<Eigen::Vector2d> place_below(const Eigen::Vector3d& eye_odometry_m,
+                                                           const Eigen::Vector3d& top_odometry_m,
+                                                           double height_m, std::int64_t utime) const;
   [[nodiscard]] double age_s(std::int64_t utime) const;
   [[nodiscard]] bool safe_to_lower() const { return news_.knots.size() > 1 && news_.knots[1].safe_to_lower; }
 

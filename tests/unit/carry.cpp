@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 
+#include "mission_proc/carry_messages.hpp"
 #include "mission_proc/hanging.hpp"
 
 using namespace stevedore;
@@ -294,6 +295,12 @@ TEST_CASE("carry: where a cargo came to stand tells where the hook hangs") {
   const double from_cargo_m = (bench.beside_target_m() - bench.put_m).norm();
   CHECK(from_cargo_m > 0.015);  // half of 6 cm is believed, to the 3 cm that a swing is known to here
   CHECK(from_cargo_m < 0.06);
+  // and the journal tells it to a mission that goes on after a restart
+  const CarryRecord& record = bench.carry().record();
+  CHECK(record.hook_off_m.norm() > 0.015);
+  const CarryRecord restored = from_message(to_message(record));
+  CHECK(restored.hook_off_m == record.hook_off_m);
+  CHECK(restored.hook_lessons == 1);
 }
 
 TEST_CASE("carry: what was chosen before counts when the platform comes into view again") {
