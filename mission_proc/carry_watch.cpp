@@ -24,7 +24,8 @@ bool same(const LevelFrame& a, const LevelFrame& b) {
 
 }  // namespace
 
-/// A laser that looks down on the deck must read what vision says: but for a cargo that stands in its way.
+/// A laser that looks down on a deck in view must read what vision says: but for a cargo that stands in its
+/// way. One that looks beside contradicts nothing.
 void Carry::watch_laser(std::int64_t utime, double range_m) {
   constexpr double on_deck_m =
       1.2;  // from the middle: inside of the circles' square, well inside of the deck
@@ -35,16 +36,17 @@ void Carry::watch_laser(std::int64_t utime, double range_m) {
   const Eigen::Vector3d arm_m(settings_.altimeter_forward_m, settings_.altimeter_right_m,
                               settings_.altimeter_down_m);
   const Eigen::Vector3d laser_m = moment->position_odometry_m + axes * arm_m, beam = axes.col(2);
+  std::string contradiction;
   for (const auto& [platform, course] : decks_) {
     if (course.age_s(utime) > 0.3) continue;
     const Eigen::Vector3d up = course.normal(utime), middle_m = course.center(utime).position_m;
     const double expected_m = up.dot(middle_m - laser_m) / up.dot(beam);
-    if ((laser_m + expected_m * beam - middle_m).norm() > on_deck_m) continue;
-    const bool disagrees = std::abs(range_m - expected_m) > tolerance_m;
-    board_.set(
-        Emergency::altitude_disagrees, disagrees, seconds(utime_),
-        fmt::format("laser {:.2f} m, vision {:.2f} m over platform {}", range_m, expected_m, platform));
+    const bool on_deck = (laser_m + expected_m * beam - middle_m).norm() < on_deck_m;
+    if (on_deck && std::abs(range_m - expected_m) > tolerance_m)
+      contradiction =
+          fmt::format("laser {:.2f} m, vision {:.2f} m over platform {}", range_m, expected_m, platform);
   }
+  board_.set(Emergency::altitude_disagrees, !contradiction.empty(), seconds(utime_), contradiction);
 }
 
 /// Noise makes any two frames of a real camera differ, and so the ellipses found in them: to the last bit.
