@@ -574,6 +574,16 @@ class Evidence {
   Eigen::Vector2d lean_;
 };
 
+/// What fits best where a rim is cut by the border is another edge as often as not (35 of 68 in 600 rendered
+/// scenes): off by half of its radius, and by a tenth in size.
+void doubt(EllipseFit& rim) {
+  const double off_px2 = 0.25 * rim.ellipse.b_px * rim.ellipse.b_px,
+               size_px2 = 0.01 * rim.ellipse.b_px * rim.ellipse.b_px;
+  rim.covariance(0, 0) += off_px2 / 2;
+  rim.covariance(1, 1) += off_px2 / 2;
+  rim.covariance.block<2, 2>(2, 2).array() += size_px2;
+}
+
 /// A quarter of a rim's edge lies where there is nothing in an empty circle.
 constexpr int fewest_edge_pixels = 17;
 
@@ -638,6 +648,7 @@ RimSearch look_for_rim(const cv::Mat& image, const Ellipse& circle, const std::o
   if (best) {
     if (!radii.known) best = outermost(patch, edges, *best);
     out.rim = Rim{in_image(*best, circle), best->coverage, best->error};
+    if (share_in_view(out.rim->fit.ellipse, image.size()) < least_in_view) doubt(out.rim->fit);
   }
   if (best || cargo) out.occupied = true;
   if (!out.occupied && !perhaps) out.occupied = false;

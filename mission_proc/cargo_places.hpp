@@ -23,8 +23,9 @@ struct CargoPlace {
 
 class CargoPlaces {
  public:
-  /// range_m: from the camera.
-  void see(SlotId slot, const Eigen::Vector2d& offset_m, double range_m, std::int64_t utime);
+  /// range_m: from the camera; variance_m2: of what the picture alone tells.
+  void see(SlotId slot, const Eigen::Vector2d& offset_m, double range_m, double variance_m2,
+           std::int64_t utime);
   void forget(SlotId slot) { known_.erase(slot); }
   void forget_platform(int platform);
   [[nodiscard]] std::optional<CargoPlace> at(SlotId slot) const;

@@ -149,7 +149,7 @@ void Carry::see(const LevelFrame& frame) {
         const SlotId id{platform, static_cast<int>(slot)};
         const bool hangs_there = record_.phase == Phase::verify_load && record_.target == id;
         if (off_m.norm() < own_m && !hangs_there)
-          places_.see(id, off_m, mark.from_camera_level_m.norm(), frame.utime);
+          places_.see(id, off_m, mark.from_camera_level_m.norm(), mark.across_variance_m2, frame.utime);
       }
     }
   }

@@ -28,6 +28,7 @@ struct LevelMark {
   Label label = Label::unknown;
   Eigen::Vector3d from_camera_level_m;
   Eigen::Vector2d image_px = Eigen::Vector2d::Zero();
+  double across_variance_m2 = 0;  ///< of its centre, in each direction across the line of sight, in the mean
 };
 
 struct LevelFrame {

@@ -133,9 +133,11 @@ Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double p
   const Miss off = miss();
   const bool lowers = wanted_height_m < height_m_;
   // a cargo touches where it then is; above a handle there is time for the swing to come back
-  const double beside_m = record_.phase == Phase::drop ? off.horizontal_m : off.aim_m;
-  const bool may_lower = target_age_s() < settings_.oldest_s &&
-                         beside_m < settings_.aligned_m / 2 + 0.15 * std::max(0.0, height_m_);
+  const bool drops = record_.phase == Phase::drop;
+  const double beside_m = drops ? off.horizontal_m : off.aim_m;
+  const double within_m = drops ? settings_.release_m / 2 : settings_.aligned_m / 2;
+  const bool may_lower =
+      target_age_s() < settings_.oldest_s && beside_m < within_m + 0.15 * std::max(0.0, height_m_);
   double wanted_rise_mps = std::clamp(2 * (wanted_height_m - height_m_), -rate_mps, rate_mps);
   if (lowers && !may_lower) wanted_rise_mps = 0;
   rise_mps_ += std::clamp(wanted_rise_mps - rise_mps_, -smooth_mps2 * passed_s, smooth_mps2 * passed_s);

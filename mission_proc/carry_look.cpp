@@ -29,8 +29,6 @@ double longest_s(Phase phase) {
       return 40;
     case Phase::load:
       return 40;  // five times up and down while the spiral goes out; another approach takes 30 s
-    case Phase::verify_load:
-      return 20;
     case Phase::transit:
       return 90;
     case Phase::drop:
@@ -145,6 +143,16 @@ std::optional<Event> Carry::look_in_search() {
     if (slot.platform == goal_platform() && static_cast<std::size_t>(slot.slot) < inputs.failures.size())
       inputs.failures[static_cast<std::size_t>(slot.slot)] = failures;
   }
+  inputs.brought_to.resize(course->news().slots.size());
+  for (const DeliveredCargo& cargo : record_.delivered) {
+    if (cargo.slot.platform == goal_platform() &&
+        static_cast<std::size_t>(cargo.slot.slot) < inputs.brought_to.size())
+      inputs.brought_to[static_cast<std::size_t>(cargo.slot.slot)] = true;
+  }
+  const double all_looked_at_s =
+      look_about_s + closer_look_s * static_cast<double>(course->news().slots.size());
+  const bool all_looked_at = nothing_since_ && seconds(utime_ - *nothing_since_) >= all_looked_at_s;
+  inputs.last_resort = all_looked_at && record_.loaded && course->news().identity_certain;
   candidates_ = weigh_slots(inputs);
   const auto best =
       std::find_if(candidates_.begin(), candidates_.end(), [](const auto& c) { return c.chosen; });
@@ -166,9 +174,7 @@ std::optional<Event> Carry::look_in_search() {
     nothing_since_.reset();
   else if (!nothing_since_)
     nothing_since_ = utime_;
-  const auto slots = static_cast<double>(course->news().slots.size());
-  if (!nothing_since_ || seconds(utime_ - *nothing_since_) < look_about_s + closer_look_s * slots)
-    return std::nullopt;
+  if (!all_looked_at) return std::nullopt;
   say(record_.loaded ? "goes home: no free circle is left" : "goes home: no cargo is left that can be taken");
   return Event::none_left;
 }

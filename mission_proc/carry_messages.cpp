@@ -22,6 +22,12 @@ void put(const Eigen::Vector3d& from, double (&to)[3]) {
   Eigen::Map<Eigen::Vector3d>{to} = from;
 }
 
+double across_variance_m2(const circle_solution_t& solution) {
+  const Eigen::Vector3d sight = vector_of(solution.center_camera_m).normalized();
+  const Eigen::Map<const RowMajor3> covariance(solution.covariance_m2);
+  return (covariance.trace() - sight.dot(covariance * sight)) / 2;
+}
+
 SlotCondition condition_of(std::int8_t state) {
   switch (state) {
     case slot_t::STATE_EMPTY:
@@ -111,8 +117,11 @@ LevelFrame from_message(const poses_t& m) {
   frame.utime = m.header.utime;
   for (const pose_t& pose : m.poses) {
     if (!pose.has_level || pose.ellipse_index < 0) continue;
-    frame.marks.push_back(
-        {pose.track_id, label_of(pose.label), vector_of(pose.center_level_m), {pose.u_px, pose.v_px}});
+    frame.marks.push_back({pose.track_id,
+                           label_of(pose.label),
+                           vector_of(pose.center_level_m),
+                           {pose.u_px, pose.v_px},
+                           pose.solutions.empty() ? 0 : across_variance_m2(pose.solutions.front())});
   }
   return frame;
 }

@@ -8,7 +8,7 @@ namespace stevedore {
 namespace {
 
 constexpr double failure_m = 3, neighbour_m = 0.5, unseen_mps = 0.2, most_unseen_m = 2, doubt_m = 2,
-                 kept_m = 1;
+                 kept_m = 1, occupied_m = 20;
 constexpr double sure = 0.8;  // confidence: one of five such decks would be judged wrong at worst
 
 const char* word(SlotCondition condition) {
@@ -25,13 +25,24 @@ const char* word(SlotCondition condition) {
   return "";
 }
 
-std::string objection(const SlotReport& slot, const ChoiceInputs& inputs, int failures) {
+std::string objection(std::size_t index, const ChoiceInputs& inputs, int failures) {
+  const SlotReport& slot = inputs.deck->news().slots[index];
+  if (inputs.loaded && inputs.last_resort) {
+    const bool brought = index < inputs.brought_to.size() && inputs.brought_to[index];
+    if (brought) return "a cargo was brought there";
+    return failures < inputs.most_failures ? "" : fmt::format("left alone after {} failures", failures);
+  }
   const SlotCondition wanted = inputs.loaded ? SlotCondition::empty : SlotCondition::occupied;
   if (slot.condition != wanted) return word(slot.condition);
   if (slot.confidence < sure)
     return fmt::format("{}, but only {:.0f} % sure", word(slot.condition), 100 * slot.confidence);
   if (failures >= inputs.most_failures) return fmt::format("left alone after {} failures", failures);
   return {};
+}
+
+double chance_of_occupied(const SlotReport& slot) {
+  if (slot.condition == SlotCondition::unknown) return 0.5;
+  return slot.condition == SlotCondition::empty ? 1 - slot.confidence : slot.confidence;
 }
 
 /// Circles so near that a cargo in them is in the way: the nearest ones, not those across a square (1.41
@@ -61,7 +72,8 @@ void weigh(SlotCandidate& candidate, const ChoiceInputs& inputs, int failures) {
       slot.seen_utime < 0 ? 1e9 : static_cast<double>(inputs.utime - slot.seen_utime) * 1e-6;
   const bool kept = inputs.kept == candidate.slot;
   const double unseen_m = std::min(most_unseen_m, unseen_mps * std::max(0.0, unseen_s));
-  const double unsure_m = doubt_m * (1 - slot.confidence);
+  const double unsure_m =
+      inputs.last_resort ? occupied_m * chance_of_occupied(slot) : doubt_m * (1 - slot.confidence);
   candidate.cost =
       way_m + failure_m * failures + neighbour_m * neighbours + unseen_m + unsure_m - (kept ? kept_m : 0);
   const std::string seen =
@@ -87,10 +99,12 @@ std::vector<SlotCandidate> weigh_slots(const ChoiceInputs& inputs) {
     candidate.slot = {inputs.deck->news().platform, static_cast<int>(i)};
     const int failures = i < inputs.failures.size() ? inputs.failures[i] : 0;
     weigh(candidate, inputs, failures);
-    const std::string against = objection(slots[i], inputs, failures);
+    const std::string against = objection(i, inputs, failures);
     candidate.eligible = against.empty();
+    const bool despite = candidate.eligible && inputs.last_resort;
     candidate.reason =
-        fmt::format("{}: {}", candidate.eligible ? word(slots[i].condition) : against, candidate.reason);
+        fmt::format("{}{}: {}", candidate.eligible ? word(slots[i].condition) : against,
+                    despite ? ", but nobody brought it, and no circle is told free" : "", candidate.reason);
     const bool wished = inputs.wished == candidate.slot;
     if (wished && candidate.eligible) {
       candidate.cost -= 1000;

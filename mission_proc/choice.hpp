@@ -29,15 +29,23 @@ struct ChoiceInputs {
   std::optional<SlotId> wished;  ///< the operator's
   std::vector<int> failures;     ///< by slot
   int most_failures = 4;
+  std::vector<bool> brought_to;  ///< by slot: a cargo was set down there
+  /// Every circle was looked at from near, and none is told free. What lies in all of them is painted there,
+  /// more likely than not; and a cargo can't be landed with.
+  bool last_resort = false;
 };
 
 /// Every circle of the platform, with its cost, what that is made of, and the reason for or against it; one
 /// is chosen, if any can be.
 ///
+/// As the last resort a circle that nobody brought a cargo to is free, the most so the less it is told
+/// occupied.
+///
 /// cost = horizontal way of the hook [m]
 ///      + 3 m a failure (a second way there and back)
 ///      + 0.5 m for each occupied circle next to it (a rope that swings, a bucket that tips)
-///      + 0.2 m a second since it was seen, up to 2 m, and 2 m x (1 - confidence)
+///      + 0.2 m a second since it was seen, up to 2 m, and 2 m x (1 - confidence); 20 m x chance
+///        that it is occupied, as the last resort
 ///      - 1 m for what was chosen before
 std::vector<SlotCandidate> weigh_slots(const ChoiceInputs& inputs);
 

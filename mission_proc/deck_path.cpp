@@ -85,7 +85,7 @@ PointPath DeckPath::point(const Eigen::Vector2d& place_m, double height_m, std::
 std::optional<Eigen::Vector2d> DeckPath::place_below(const Eigen::Vector3d& eye_odometry_m,
                                                      const Eigen::Vector3d& top_odometry_m, double height_m,
                                                      std::int64_t utime) const {
-  constexpr double range_off = 0.2;  // a foot taken for a rim is a fifth off
+  constexpr double range_off = 0.1;  // half of what a bucket's foot is off that is taken for its rim
   const Eigen::Vector3d up = normal(utime), middle_m = center(utime).position_m;
   const Eigen::Vector3d ray_m = top_odometry_m - eye_odometry_m;
   const double range = (height_m - up.dot(eye_odometry_m - middle_m)) / up.dot(ray_m);

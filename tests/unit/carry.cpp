@@ -33,7 +33,15 @@ VehicleSample sample(double time_s, const Eigen::Vector3d& position_m, const Eig
 /// Two platforms that lie still 10 m apart, an aircraft, and a hook that hangs straight down.
 class Bench {
  public:
-  explicit Bench(bool loaded) : carry_(settings(), record(loaded)), closed_(loaded) {}
+  explicit Bench(bool loaded) : Bench(record(loaded)) {}
+  explicit Bench(const CarryRecord& begins_with)
+      : carry_(settings(), begins_with), closed_(begins_with.loaded) {}
+  static CarryRecord record(bool loaded) {
+    CarryRecord r;
+    r.phase = Phase::search;
+    r.loaded = loaded;
+    return r;
+  }
 
   void step() {
     if (const auto setpoint = carry_.setpoint()) {
@@ -97,7 +105,7 @@ class Bench {
   bool stands = false;                               ///< the deck bears the cargo
   bool in_view = true, numbers_certain = true, frozen = false;
   double laser_off_m = 0;
-  bool all_empty = false;
+  bool all_empty = false, none_free = false;
   std::optional<double> told_within_m;  ///< cargoes are told from right above only, and not from higher
   Eigen::Vector2d put_m = Eigen::Vector2d::Zero();  ///< of cargoes from their circles' middles
   std::vector<Eigen::Vector3d> lone_circles_m;      ///< seen, and of no platform that is known
@@ -107,12 +115,6 @@ class Bench {
     CarrySettings s;
     s.start_at_once = true;
     return s;
-  }
-  static CarryRecord record(bool loaded) {
-    CarryRecord r;
-    r.phase = Phase::search;
-    r.loaded = loaded;
-    return r;
   }
   static Eigen::Vector3d circle_m(int platform, int slot) {
     return {10.0 * platform + (slot < 2 ? 1.0 : -1.0), slot % 2 == 0 ? 1.0 : -1.0, 0};
@@ -136,7 +138,8 @@ class Bench {
         const bool is_told = !told_within_m || (camera_m() - circle_m(platform, slot).head<2>()).norm() < 0.3;
         const bool is_near = -position_m_.z() < told_within_m.value_or(1e9);
         const bool stands_here = platform == 0 && (is_told && is_near) && !all_empty;
-        const bool occupied = stands_here || (!closed_ && carry_.phase() == Phase::verify_drop);
+        const bool looks_full = platform == 1 && none_free;
+        const bool occupied = stands_here || looks_full || (!closed_ && carry_.phase() == Phase::verify_drop);
         SlotReport report;
         report.center_ned_m = circle_m(platform, slot);
         report.condition = occupied ? SlotCondition::occupied : SlotCondition::empty;
@@ -411,4 +414,36 @@ TEST_CASE("carry: when there is nothing to choose each circle is looked at from 
     CHECK(bench.run_until(looks_closely, 60));
     CHECK(std::all_of(seen.begin(), seen.end(), [](bool s) { return s; }));
   }
+}
+
+TEST_CASE("carry: where every circle looks occupied one is taken at last that nobody brought a cargo to") {
+  CarryRecord record = Bench::record(true);
+  record.delivered = {{{1, 0}, 0.1}, {{1, 2}, 0.1}};
+  SECTION("there is one") {
+    Bench bench(record);
+    bench.none_free = true;
+    REQUIRE(bench.run_to(Phase::approach));
+    const SlotId target = bench.carry().record().target.value();
+    CHECK(target.platform == 1);
+    CHECK((target.slot == 1 || target.slot == 3));
+    CHECK_THAT(bench.carry().reason(), Contains("no circle is told free"));
+  }
+  SECTION("there is none") {
+    record.delivered.push_back({{1, 1}, 0.1});
+    record.delivered.push_back({{1, 3}, 0.1});
+    Bench bench(record);
+    bench.none_free = true;
+    REQUIRE(bench.run_to(Phase::go_home));
+    CHECK_THAT(bench.carry().reason(), Contains("no free circle"));
+  }
+}
+
+TEST_CASE("carry: a cargo's place is the mean of what was seen, doubtful sights hardly counting") {
+  CargoPlaces places;
+  const SlotId slot{0, 1};
+  for (int i = 0; i < 30; ++i) places.see(slot, {0.1, 0}, 1.0, 1e-6, i);
+  for (int i = 0; i < 30; ++i) places.see(slot, {0.3, 0}, 1.0, 0.08 * 0.08, 30 + i);  // cut by the border
+  CHECK(places.at(slot)->offset_m.x() == Approx(0.1).margin(0.02));
+  for (int i = 0; i < 100; ++i) places.see(slot, {0.2, 0.1}, 2.0, 1e-6, 60 + i);  // it was pushed
+  CHECK((places.at(slot)->offset_m - Eigen::Vector2d(0.2, 0.1)).norm() < 0.04);
 }
