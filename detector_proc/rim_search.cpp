@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -381,6 +382,17 @@ class Colours {
     channels_ = static_cast<std::size_t>(patch.pixels.channels());
   }
   [[nodiscard]] bool empty() const { return count_ == 0; }
+  /// Share of the samples within so many levels of a colour, in the channel where they are fewest.
+  [[nodiscard]] double share_near(const Colour& colour, double levels) const {
+    double share = 1;
+    for (std::size_t k = 0; k < channels_; ++k) {
+      const double level = colour[static_cast<Eigen::Index>(k)];
+      const int first = std::max(0, cvCeil(level - levels)), last = std::min(255, cvFloor(level + levels));
+      const int near = std::accumulate(histograms_[k].begin() + first, histograms_[k].begin() + last + 1, 0);
+      share = std::min(share, static_cast<double>(near) / std::max(count_, 1));
+    }
+    return share;
+  }
   [[nodiscard]] Colour median() const {
     Colour out = Colour::Zero();
     for (std::size_t k = 0; k < channels_; ++k) {
@@ -447,10 +459,42 @@ struct Surface {
 
 /// What is inside a round edge.
 struct Inside {
-  double off_surround = 0;  ///< levels, between its core and the rest of the circle's inside
-  double off_mixtures = 0;  ///< levels
-  double two_sided = 0;     ///< share of its directions in which inside and outside differ
+  double off_surround = 0;    ///< levels, between its core and the rest of the circle's inside
+  double off_mixtures = 0;    ///< levels
+  double two_sided = 0;       ///< share of its directions in which inside and outside differ
+  double like_surround = 0;   ///< share of its core that looks like the rest of the circle's inside
+  bool goes_through = false;  ///< a stripe of its core's colour goes on beyond it on both sides
 };
+
+/// Whether what has a core's colour goes on beyond a round edge on two opposite sides, as a stripe does. The
+/// wall of a cargo is seen on one side.
+bool goes_through(const Patch& patch, const RoundFit& fit, const Colour& own, const Colour& around,
+                  double clear) {
+  constexpr std::array radii{1.40F, 1.50F, 1.60F};
+  constexpr double least_levels =
+      24;  // of the two apart: half of it is three sigma of the mean of three pixels
+  if (difference(own, around) < least_levels) return false;
+  std::array<bool, directions> is_own{};
+  for (std::size_t k = 0; k < directions; ++k) {
+    const Direction& d = all_directions()[k];
+    Colour sum = Colour::Zero();
+    int count = 0;
+    for (const float radius : radii) {
+      const float off = radius * static_cast<float>(fit.circle_px.z());
+      const auto [u, v] = pixel_at(static_cast<float>(fit.circle_px.x()) + off * d.u,
+                                   static_cast<float>(fit.circle_px.y()) + off * d.v);
+      if (!patch.sees(v, u) || square_off_middle(v, u) > clear * clear) continue;
+      for (int c = 0; c < patch.pixels.channels(); ++c) sum[c] += patch.pixels.ptr(v, u)[c];
+      ++count;
+    }
+    is_own[k] = count > 0 && difference(sum / count, own) < difference(sum / count, around);
+  }
+  constexpr std::size_t half = directions / 2;
+  for (std::size_t k = 0; k < half; ++k)
+    if (is_own[k] && (is_own[k + half - 1] || is_own[k + half] || is_own[(k + half + 1) % directions]))
+      return true;
+  return false;
+}
 
 /// Between the means just inside and just outside; nothing where either is out of view.
 std::optional<double> difference_towards(const Patch& patch, const RoundFit& fit, const Direction& d) {
@@ -511,7 +555,10 @@ Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit
   Inside inside;
   if (core.empty() || surround.empty()) return inside;
   const Colour own = core.median();
-  inside.off_surround = difference(own, surround.median());
+  const Colour around = surround.median();
+  inside.off_surround = difference(own, around);
+  inside.like_surround = core.share_near(around, least_levels);
+  if (is_in_the_middle(fit)) inside.goes_through = goes_through(patch, fit, own, around, surface.clear);
   inside.off_mixtures = surface.off_mixtures(own);
   if (!has_own_colour(inside) && !is_rounder(fit)) return inside;  // nothing would be made of the rest
   int differ = 0, looked = 0;
@@ -524,9 +571,12 @@ Inside inside_of(const Patch& patch, const Surface& surface, const RoundFit& fit
   return inside;
 }
 
-/// A cargo that stands there and is as grey as the paint or the ground is given up for it.
+/// A cargo that stands there and is as grey as the paint or the ground is given up for it. Of a stripe across
+/// a ring the ground beside it is seen within the ring; of a cargo none.
 bool may_be_paint(const RoundFit& fit, const Inside& inside) {
-  return is_in_the_middle(fit) && !has_own_colour(inside);
+  constexpr double most_like_surround = 0.25;
+  const bool is_stripe = inside.like_surround > most_like_surround || inside.goes_through;
+  return is_in_the_middle(fit) && (is_stripe || !has_own_colour(inside));
 }
 
 constexpr double half_coverage = 0.5;

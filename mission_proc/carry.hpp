@@ -157,6 +157,7 @@ class Carry {
   std::optional<Event> look_in_go_home();
   std::optional<Event> look_in_land();
   std::optional<Event> none_left();
+  [[nodiscard]] std::vector<bool> brought_to(const DeckPath& course) const;
 
   // ---- where things are ----
   [[nodiscard]] const DeckPath* deck(int platform) const;

@@ -122,6 +122,17 @@ std::optional<std::size_t> Carry::closer_slot() const {
   return slot < course->news().slots.size() ? std::optional(slot) : std::nullopt;
 }
 
+/// By slot: whether a cargo was set down there, as far as slots have kept their numbers.
+std::vector<bool> Carry::brought_to(const DeckPath& course) const {
+  std::vector<bool> brought(course.news().slots.size());
+  for (const DeliveredCargo& cargo : record_.delivered) {
+    const auto slot = static_cast<std::size_t>(cargo.slot.slot);
+    if (cargo.slot.platform == course.news().platform && slot < brought.size())
+      brought[slot] = course.news().identity_certain;
+  }
+  return brought;
+}
+
 std::optional<Event> Carry::look_in_search() {
   if (const auto event = none_left()) return event;
   candidates_.clear();
@@ -143,12 +154,7 @@ std::optional<Event> Carry::look_in_search() {
     if (slot.platform == goal_platform() && static_cast<std::size_t>(slot.slot) < inputs.failures.size())
       inputs.failures[static_cast<std::size_t>(slot.slot)] = failures;
   }
-  inputs.brought_to.resize(course->news().slots.size());
-  for (const DeliveredCargo& cargo : record_.delivered) {
-    if (cargo.slot.platform == goal_platform() &&
-        static_cast<std::size_t>(cargo.slot.slot) < inputs.brought_to.size())
-      inputs.brought_to[static_cast<std::size_t>(cargo.slot.slot)] = true;
-  }
+  inputs.brought_to = brought_to(*course);
   const double all_looked_at_s =
       look_about_s + closer_look_s * static_cast<double>(course->news().slots.size());
   const bool all_looked_at = nothing_since_ && seconds(utime_ - *nothing_since_) >= all_looked_at_s;

@@ -27,14 +27,12 @@ const char* word(SlotCondition condition) {
 
 std::string objection(std::size_t index, const ChoiceInputs& inputs, int failures) {
   const SlotReport& slot = inputs.deck->news().slots[index];
-  if (inputs.loaded && inputs.last_resort) {
-    const bool brought = index < inputs.brought_to.size() && inputs.brought_to[index];
-    if (brought) return "a cargo was brought there";
-    return failures < inputs.most_failures ? "" : fmt::format("left alone after {} failures", failures);
-  }
+  const bool brought = index < inputs.brought_to.size() && inputs.brought_to[index];
+  if (inputs.loaded && brought) return "a cargo was brought there";
+  const bool any = inputs.loaded && inputs.last_resort;
   const SlotCondition wanted = inputs.loaded ? SlotCondition::empty : SlotCondition::occupied;
-  if (slot.condition != wanted) return word(slot.condition);
-  if (slot.confidence < sure)
+  if (!any && slot.condition != wanted) return word(slot.condition);
+  if (!any && slot.confidence < sure)
     return fmt::format("{}, but only {:.0f} % sure", word(slot.condition), 100 * slot.confidence);
   if (failures >= inputs.most_failures) return fmt::format("left alone after {} failures", failures);
   return {};

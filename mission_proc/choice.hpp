@@ -29,7 +29,7 @@ struct ChoiceInputs {
   std::optional<SlotId> wished;  ///< the operator's
   std::vector<int> failures;     ///< by slot
   int most_failures = 4;
-  std::vector<bool> brought_to;  ///< by slot: a cargo was set down there
+  std::vector<bool> brought_to;  ///< by slot: a cargo was set down there, whatever it looks like now
   /// Every circle was looked at from near, and none is told free. What lies in all of them is painted there,
   /// more likely than not; and a cargo can't be landed with.
   bool last_resort = false;

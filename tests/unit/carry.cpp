@@ -428,6 +428,12 @@ TEST_CASE("carry: where every circle looks occupied one is taken at last that no
     CHECK((target.slot == 1 || target.slot == 3));
     CHECK_THAT(bench.carry().reason(), Contains("no circle is told free"));
   }
+  SECTION("also one that looks free is none when a cargo was brought there") {
+    record.delivered.push_back({{1, 1}, 0.1});
+    Bench bench(record);
+    REQUIRE(bench.run_to(Phase::approach));
+    CHECK(bench.carry().record().target == SlotId{1, 3});
+  }
   SECTION("there is none") {
     record.delivered.push_back({{1, 1}, 0.1});
     record.delivered.push_back({{1, 3}, 0.1});
