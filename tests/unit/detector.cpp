@@ -249,6 +249,28 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a stripe that goes through a painted ring is no cargo, whatever its width") {
+  const cv::Scalar ground(80, 75, 70), orange(60, 120, 200), white(215, 220, 220);
+  Optics camera;  // as above
+  camera.focal_px = 320;
+  camera.width_px = 320;
+  for (const int width_px : {12, 24, 36}) {
+    cv::Mat image(240, 320, CV_8UC3, ground);
+    paint(image, {160, 120, 80, 76, 0.3}, orange);
+    paint(image, {160, 120, 62, 59, 0.3}, ground);
+    paint(image, {160, 120, 30.1, 28.6, 0.3}, orange);
+    paint(image, {160, 120, 24, 22.8, 0.3}, ground);
+    cv::line(image, {60, 200}, {260, 40}, white, width_px, cv::LINE_AA);
+    cv::GaussianBlur(image, image, {}, 0.8);
+    const auto found = Detector({}, camera).detect(image);
+    INFO(width_px);
+    REQUIRE(!found.empty());
+    CHECK(found[0].label == Label::circle);
+    CHECK_FALSE(found[0].occupied == true);
+    for (const Detection& d : found) CHECK(d.label != Label::cargo);
+  }
+}
+
 TEST_CASE("a cargo off the middle of a disc, half in shadow, with its handle, is seen") {
   cv::Mat image(240, 320, CV_8UC3, cv::Scalar(70, 90, 80));
   paint(image, {160, 120, 80, 76, 0}, cv::Scalar(40, 170, 220));
