@@ -43,6 +43,7 @@ Evaluation evaluate(const std::string& log, const std::string& reference) {
   if (!flight.truth.empty()) {
     evaluation.poses = compare_poses(flight.poses, marks_of(flight.truth), aircraft.common);
     evaluation.platforms = compare_platforms(flight);
+    evaluation.drops = find_drops(flight.truth, *evaluation.poses);
   }
   if (!reference.empty())
     evaluation.reference = compare_poses(flight.poses, marks_of(read_flight(reference).poses), std::nullopt);
@@ -270,6 +271,20 @@ Json to_json(const AltitudeComparison& altitudes) {
           {"laser_less_truth_m", to_json(altitudes.laser_less_truth_m)}};
 }
 
+Json to_json(const std::vector<Drop>& drops) {
+  Json list = Json::array();
+  for (const Drop& drop : drops) {
+    list.push_back({{"utime", drop.utime},
+                    {"cargo", drop.cargo},
+                    {"platform", drop.platform},
+                    {"slot", drop.slot},
+                    {"off_m", drop.off_m},
+                    {"tipped", drop.tipped},
+                    {"circle_unseen_s", drop.unseen_s ? Json(*drop.unseen_s) : Json(nullptr)}});
+  }
+  return list;
+}
+
 const char* word_of(Verdict::Says says) {
   switch (says) {
     case Verdict::Says::good:
@@ -299,6 +314,7 @@ Json to_json(const Evaluation& evaluation) {
             {"verdicts", verdicts}};
   if (evaluation.poses) json["poses"] = to_json(*evaluation.poses);
   if (evaluation.platforms) json["platforms"] = to_json(*evaluation.platforms);
+  if (evaluation.has_truth()) json["drops"] = to_json(evaluation.drops);
   if (evaluation.reference) {
     json["reference"] = to_json(*evaluation.reference);
     json["reference"]["log"] = evaluation.reference_log;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/evaluate_altitude.hpp"
+#include "tools/evaluate_drops.hpp"
 #include "tools/evaluate_log.hpp"
 #include "tools/evaluate_platforms.hpp"
 #include "tools/evaluate_poses.hpp"
@@ -40,6 +41,7 @@ struct Evaluation {
   std::optional<PoseComparison> poses;      ///< against TRUTH
   std::optional<PoseComparison> reference;  ///< against the poses of the other log
   std::optional<PlatformComparison> platforms;
+  std::vector<Drop> drops;  ///< by TRUTH
   AltitudeComparison altitudes;
   Spread to_poses_ms, to_mission_ms;
 

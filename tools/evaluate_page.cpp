@@ -318,6 +318,28 @@ std::string platform_section(const Evaluation& evaluation) {
                      share(platforms.in_view_certain, platforms.in_view), platforms.in_view);
 }
 
+std::string drop_section(const Evaluation& evaluation) {
+  std::vector<std::vector<std::string>> rows;
+  PlotSeries drops{"drops", blue, false, {}};
+  for (const Drop& drop : evaluation.drops) {
+    rows.push_back({fmt::format("{:.0f}", seconds_since(evaluation, drop.utime)), std::to_string(drop.cargo),
+                    name_of_circle(drop.platform, drop.slot),
+                    fmt::format("{:.3f}{}", drop.off_m, drop.tipped ? " (tipped)" : ""),
+                    drop.unseen_s ? fmt::format("{:.1f}", *drop.unseen_s) : "never"});
+    if (drop.unseen_s) drops.points.push_back({*drop.unseen_s, drop.off_m});
+  }
+  if (rows.empty()) return "<h2>Drops</h2>\n<p>No cargo was brought to another platform.</p>\n";
+  return "<h2>Drops</h2>\n<p>Each cargo that was let go over another platform than its own: how far its axis "
+         "then "
+         "stands from the middle of the nearest circle, and for how long that circle's own pose had not been "
+         "measured, being cut by the image's edge or under the nose.</p>\n" +
+         table({"let go, s", "cargo", "circle", "off its middle, m", "circle not measured for, s"}, rows) +
+         plots({{"Drop error over the time without the circle",
+                 "circle not measured for, s",
+                 "off, m",
+                 {drops}}});
+}
+
 std::string latency_section(const Evaluation& evaluation) {
   const auto row = [](const std::string& name, const Spread& spread) -> std::vector<std::string> {
     return {name, std::to_string(spread.count), fmt::format("{:.1f}", spread.median),
@@ -356,7 +378,7 @@ std::string to_html(const Evaluation& evaluation) {
   if (evaluation.poses) html += probability_section(*evaluation.poses);
   if (evaluation.reference) html += pose_section(*evaluation.reference, evaluation.reference_log);
   html += altitude_section(evaluation);
-  if (evaluation.platforms) html += platform_section(evaluation);
+  if (evaluation.platforms) html += platform_section(evaluation) + drop_section(evaluation);
   return html + latency_section(evaluation) + "</body></html>\n";
 }
 

@@ -228,6 +228,10 @@ double Mark::theta_rad() const {
   return angle_between(normal_camera, -center_camera_m);
 }
 
+std::string name_of_circle(int platform, int slot) {
+  return fmt::format("platform {}, slot {}", platform, slot);
+}
+
 MarksByTime marks_of(const std::vector<truth_t>& truth) {
   constexpr double whole_share = 0.99;  // of 180 points along its edge: one may fall on the image's border
   MarksByTime marks;
@@ -235,8 +239,7 @@ MarksByTime marks_of(const std::vector<truth_t>& truth) {
     std::vector<Mark>& here = marks[frame.header.utime];
     for (const truth_circle_t& circle : frame.circles) {
       if (!circle.in_view) continue;
-      here.push_back(mark_at(frame, Mark::Kind::circle,
-                             fmt::format("platform {}, slot {}", circle.platform, circle.slot),
+      here.push_back(mark_at(frame, Mark::Kind::circle, name_of_circle(circle.platform, circle.slot),
                              circle.center_ned_m, circle.normal_ned, circle.radius_m));
       here.back().is_whole = circle.visible_share >= whole_share;
     }

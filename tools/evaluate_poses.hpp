@@ -30,6 +30,8 @@ struct Mark {
 };
 using MarksByTime = std::map<std::int64_t, std::vector<Mark>>;  ///< by capture time
 
+/// As marks of TRUTH are named.
+std::string name_of_circle(int platform, int slot);
 MarksByTime marks_of(const std::vector<truth_t>& truth);
 /// A second source of poses: its marks are named by its track ids.
 MarksByTime marks_of(const std::vector<poses_t>& poses);

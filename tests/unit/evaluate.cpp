@@ -338,6 +338,33 @@ TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a ca
   CHECK(result.vision_less_laser_m.worst == Approx(0).margin(1e-9));
 }
 
+TEST_CASE("A drop is off its circle as it comes to rest, and its circle was last seen so long before") {
+  FlightLog flight = flight_of(120);
+  // cargo 2 hangs, is let go over a circle of another platform at 3 s, and stands there 0.3 m north of the
+  // middle
+  constexpr std::int64_t let_go_us = 3'000'000, covered_us = 2'500'000;
+  for (truth_t& truth : flight.truth) {
+    truth.circles[3].platform = 1;
+    truth_cargo_t& cargo = truth.cargoes[1];
+    const bool stands = truth.header.utime >= let_go_us;
+    cargo.on_hook = truth.header.utime > 1'500'000 && !stands;
+    if (stands) cargo.platform = 1;
+    if (stands)
+      put(Eigen::Vector3d(truth.circles[3].center_ned_m) + Eigen::Vector3d(0.3, 0, -0.3), cargo.center_ned_m);
+  }
+  for (poses_t& poses : flight.poses)  // of that circle
+    if (poses.header.utime > covered_us)
+      poses.poses[3].ellipse_index = -1, poses.poses[3].status = track_t::STATUS_PREDICTED;
+  const auto drops = find_drops(flight.truth, compare(flight));
+  REQUIRE(drops.size() == 1);
+  CHECK(drops[0].cargo == 2);
+  CHECK(drops[0].platform == 1);
+  CHECK(drops[0].slot == 3);
+  CHECK(drops[0].off_m == Approx(0.3));
+  REQUIRE(drops[0].unseen_s);
+  CHECK(*drops[0].unseen_s == Approx(0.5).margin(0.1));
+}
+
 TEST_CASE("evaluate writes a page that needs nothing else, and JSON") {
   const Folder folder;
   write_log(folder.file("flight.lcm"), flight_of(120));
@@ -353,6 +380,7 @@ TEST_CASE("evaluate writes a page that needs nothing else, and JSON") {
   for (const char* loaded : {"http", "<script", "<link", "src=", "nan", "inf"})
     CHECK(page.find(loaded) == std::string::npos);
   CHECK(page.find("<svg") != std::string::npos);
+  CHECK(page.find("No cargo was brought") != std::string::npos);
 
   const ProgramRun twice =
       run_program("$BIN/evaluate " + folder.file("flight.lcm") + " --reference " + folder.file("flight.lcm"));
