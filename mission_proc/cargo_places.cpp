@@ -4,13 +4,10 @@
 
 namespace stevedore {
 
-void CargoPlaces::see(SlotId slot, const Eigen::Vector2d& offset_m, double range_m, double variance_m2,
-                      std::int64_t utime) {
-  // Beside the picture's own doubt an attitude of a degree is at work, by range. Some fifty frames are
-  // remembered: a cargo that was pushed is found at its new place within seconds.
-  constexpr double remembered_frames = 50, attitude_rad = 0.0175, nearest_m = 0.5;
-  const double by_attitude_m = attitude_rad * std::max(range_m, nearest_m);
-  const double weight = 1 / (by_attitude_m * by_attitude_m + variance_m2);
+void CargoPlaces::see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2, std::int64_t utime) {
+  // some fifty frames are remembered: a cargo that was pushed is found at its new place within seconds
+  constexpr double remembered_frames = 50, least_m = 0.005;
+  const double weight = 1 / (variance_m2 + least_m * least_m);
   Mean& mean = known_[slot];
   mean.weight = (1 - 1 / remembered_frames) * mean.weight + weight;
   if (mean.place.sightings == 0) mean.place.offset_m.setZero();

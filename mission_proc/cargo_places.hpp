@@ -1,4 +1,4 @@
-// Where on its deck each cargo stands: the mean of what frames show, nearer frames counting more.
+// Where on its deck each cargo stands: the mean of what frames show, by their variances.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,9 +23,8 @@ struct CargoPlace {
 
 class CargoPlaces {
  public:
-  /// range_m: from the camera; variance_m2: of what the picture alone tells.
-  void see(SlotId slot, const Eigen::Vector2d& offset_m, double range_m, double variance_m2,
-           std::int64_t utime);
+  /// variance_m2: of the offset, in each direction.
+  void see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2, std::int64_t utime);
   void forget(SlotId slot) { known_.erase(slot); }
   void forget_platform(int platform);
   [[nodiscard]] std::optional<CargoPlace> at(SlotId slot) const;

@@ -129,30 +129,60 @@ void Carry::forget_circles_elsewhere(const DeckNews& report) {
   }
 }
 
+/// How far beside their places the deck's circles are seen in a frame, per metre of depth: an error of
+/// attitude turns all marks about the camera alike. Nothing where no circle is seen.
+std::optional<Eigen::Vector2d> Carry::turned_by(const DeckPath& course, const LevelFrame& frame,
+                                                const VehicleMoment& moment) const {
+  constexpr double own_m = 0.4;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  for (const LevelMark& mark : frame.marks) {
+    if (mark.label != Label::circle || mark.from_camera_level_m.z() <= 0) continue;
+    for (std::size_t slot = 0; slot < course.news().slots.size(); ++slot) {
+      const Eigen::Vector3d known_m = course.point(course.place_of(slot), 0, frame.utime).position_m;
+      const Eigen::Vector3d off_m = odometry_of(mark, moment) - known_m;
+      if (off_m.norm() > own_m) continue;
+      sum += off_m.head<2>() / mark.from_camera_level_m.z();
+      ++count;
+    }
+  }
+  return count > 0 ? std::optional<Eigen::Vector2d>(sum / count) : std::nullopt;
+}
+
+/// Where on their deck the cargoes of a frame stand.
+void Carry::see_cargoes(const DeckPath& course, const LevelFrame& frame, const VehicleMoment& moment) {
+  constexpr double attitude_rad = 0.0175,
+                   attitude_left_rad = 0.005;  // one degree; what circles beside it leave of it
+  const auto turned = turned_by(course, frame, moment);
+  for (const LevelMark& mark : frame.marks) {
+    if (mark.label != Label::cargo) continue;
+    Eigen::Vector3d rim_m = odometry_of(mark, moment);
+    if (turned) rim_m.head<2>() -= mark.from_camera_level_m.z() * *turned;
+    const auto place =
+        course.place_below(camera_odometry_m(moment), rim_m, settings_.rim_over_deck_m, frame.utime);
+    if (!place) continue;
+    const double by_attitude_m =
+        (turned ? attitude_left_rad : attitude_rad) * mark.from_camera_level_m.norm();
+    for (std::size_t slot = 0; slot < course.news().slots.size(); ++slot) {
+      constexpr double own_m = 0.6;  // half of what two circles are apart at least
+      const Eigen::Vector2d off_m = *place - course.place_of(slot);
+      const SlotId id{course.news().platform, static_cast<int>(slot)};
+      const bool hangs_there = record_.phase == Phase::verify_load && record_.target == id;
+      if (off_m.norm() < own_m && !hangs_there)
+        places_.see(id, off_m, by_attitude_m * by_attitude_m + mark.across_variance_m2, frame.utime);
+    }
+  }
+}
+
 void Carry::see(const LevelFrame& frame) {
   const auto moment = vehicle_.at(frame.utime);
   if (!moment) return;
   watch_frames(frame);
   look_for_pad(frame);
   look_for_circles(frame);
+  for (const auto& [platform, course] : decks_)
+    if (course.age_s(frame.utime) < 0.5) see_cargoes(course, frame, *moment);
   target_track_.reset();
-  for (const auto& [platform, course] : decks_) {
-    if (course.age_s(frame.utime) > 0.5) continue;
-    for (const LevelMark& mark : frame.marks) {
-      if (mark.label != Label::cargo) continue;
-      const auto place = course.place_below(camera_odometry_m(*moment), odometry_of(mark, *moment),
-                                            settings_.rim_over_deck_m, frame.utime);
-      if (!place) continue;
-      for (std::size_t slot = 0; slot < course.news().slots.size(); ++slot) {
-        constexpr double own_m = 0.6;  // half of what two circles are apart at least
-        const Eigen::Vector2d off_m = *place - course.place_of(slot);
-        const SlotId id{platform, static_cast<int>(slot)};
-        const bool hangs_there = record_.phase == Phase::verify_load && record_.target == id;
-        if (off_m.norm() < own_m && !hangs_there)
-          places_.see(id, off_m, mark.from_camera_level_m.norm(), mark.across_variance_m2, frame.utime);
-      }
-    }
-  }
   if (!has_target_place()) return;
   const DeckPath* course = deck(record_.target->platform);
   const Eigen::Vector3d there_m =

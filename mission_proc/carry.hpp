@@ -196,6 +196,9 @@ class Carry {
   void forget_circles_elsewhere(const DeckNews& report);
   [[nodiscard]] bool is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t utime,
                                 std::optional<int> but = std::nullopt) const;
+  [[nodiscard]] std::optional<Eigen::Vector2d> turned_by(const DeckPath& course, const LevelFrame& frame,
+                                                         const VehicleMoment& moment) const;
+  void see_cargoes(const DeckPath& course, const LevelFrame& frame, const VehicleMoment& moment);
   void look_for_pad(const LevelFrame& frame);
   void look_for_circles(const LevelFrame& frame);
   [[nodiscard]] std::optional<std::size_t> closer_slot() const;

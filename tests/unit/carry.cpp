@@ -43,6 +43,10 @@ class Bench {
     return r;
   }
 
+  static Eigen::Vector3d circle_m(int platform, int slot) {
+    return {10.0 * platform + (slot < 2 ? 1.0 : -1.0), slot % 2 == 0 ? 1.0 : -1.0, 0};
+  }
+
   void step() {
     if (const auto setpoint = carry_.setpoint()) {
       const Eigen::Vector3d wanted_m = setpoint->position_ned_m + push_m;
@@ -108,6 +112,7 @@ class Bench {
   bool all_empty = false, none_free = false;
   std::optional<double> told_within_m;  ///< cargoes are told from right above only, and not from higher
   Eigen::Vector2d put_m = Eigen::Vector2d::Zero();  ///< of cargoes from their circles' middles
+  double leans_rad = 0;                             ///< the camera, by what nobody knows
   std::vector<Eigen::Vector3d> lone_circles_m;      ///< seen, and of no platform that is known
 
  private:
@@ -115,9 +120,6 @@ class Bench {
     CarrySettings s;
     s.start_at_once = true;
     return s;
-  }
-  static Eigen::Vector3d circle_m(int platform, int slot) {
-    return {10.0 * platform + (slot < 2 ? 1.0 : -1.0), slot % 2 == 0 ? 1.0 : -1.0, 0};
   }
 
   [[nodiscard]] std::int64_t now() const { return static_cast<std::int64_t>(std::llround(time_s_ * 1e6)); }
@@ -165,6 +167,7 @@ class Bench {
     mark.label = label;
     mark.image_px = {noise_px_, 0};
     mark.from_camera_level_m = {-s * out_m.x() + c * out_m.y(), -c * out_m.x() - s * out_m.y(), out_m.z()};
+    mark.from_camera_level_m.x() += leans_rad * out_m.z();
     return mark;
   }
 
@@ -256,6 +259,15 @@ TEST_CASE("carry: jaws are told to close near the handle only, and to open when 
   CHECK(bench.carry().phase() == Phase::load);
   bench.push_m.setZero();
   CHECK(bench.run_until(grabs, 10));
+}
+
+TEST_CASE("carry: where a cargo stands is told against the circles of its frame, whatever the camera leans") {
+  Bench bench(false);
+  bench.leans_rad = 0.04;
+  for (int slot = 0; slot < 4; ++slot) bench.lone_circles_m.push_back(Bench::circle_m(0, slot));
+  REQUIRE(bench.run_to(Phase::load));
+  REQUIRE(bench.run_until([&] { return bench.carry().action() == Action::grab; }, 30));
+  CHECK(bench.beside_target_m().norm() < 0.045);
 }
 
 TEST_CASE(
@@ -447,9 +459,9 @@ TEST_CASE("carry: where every circle looks occupied one is taken at last that no
 TEST_CASE("carry: a cargo's place is the mean of what was seen, doubtful sights hardly counting") {
   CargoPlaces places;
   const SlotId slot{0, 1};
-  for (int i = 0; i < 30; ++i) places.see(slot, {0.1, 0}, 1.0, 1e-6, i);
-  for (int i = 0; i < 30; ++i) places.see(slot, {0.3, 0}, 1.0, 0.08 * 0.08, 30 + i);  // cut by the border
+  for (int i = 0; i < 30; ++i) places.see(slot, {0.1, 0}, 1e-4, i);
+  for (int i = 0; i < 30; ++i) places.see(slot, {0.3, 0}, 0.08 * 0.08, 30 + i);  // cut by the border
   CHECK(places.at(slot)->offset_m.x() == Approx(0.1).margin(0.02));
-  for (int i = 0; i < 100; ++i) places.see(slot, {0.2, 0.1}, 2.0, 1e-6, 60 + i);  // it was pushed
+  for (int i = 0; i < 100; ++i) places.see(slot, {0.2, 0.1}, 4e-4, 60 + i);  // it was pushed
   CHECK((places.at(slot)->offset_m - Eigen::Vector2d(0.2, 0.1)).norm() < 0.04);
 }
