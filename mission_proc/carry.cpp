@@ -294,7 +294,10 @@ void Carry::take_effect(Event event) {
       break;
     case Event::loaded:
       record_.loaded = true;
-      if (target) places_.forget(*target);
+      if (target) {
+        places_.forget(*target);
+        record_.taken.push_back(*target);
+      }
       record_.target.reset();
       break;
     case Event::slipped:
@@ -392,6 +395,12 @@ Eigen::Vector3d Carry::hangs_ned_m() const {
 
 Eigen::Vector3d Carry::hook_miss_ned_m() const {
   return hook_odometry_m() - hook_goal(utime_).position_m;
+}
+
+bool Carry::knows_cargo_place() const {
+  constexpr int enough = 8;
+  const auto cargo = record_.target ? places_.at(*record_.target) : std::nullopt;
+  return cargo && cargo->sightings >= enough;
 }
 
 double Carry::target_age_s() const {

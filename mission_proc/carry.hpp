@@ -64,6 +64,7 @@ struct CarryRecord {
   int written_off = 0;
   std::vector<DeliveredCargo> delivered;
   std::map<SlotId, int> failures;
+  std::vector<SlotId> taken;  ///< circles that a cargo was taken away from
   Eigen::Vector3d home_ned_m = Eigen::Vector3d::Zero();
   /// Of the hook from where it is told to hang, ahead, right, down: the mean of so many lessons, and of one
   /// of nought.
@@ -157,7 +158,7 @@ class Carry {
   std::optional<Event> look_in_go_home();
   std::optional<Event> look_in_land();
   std::optional<Event> none_left();
-  [[nodiscard]] std::vector<bool> brought_to(const DeckPath& course) const;
+  [[nodiscard]] std::vector<bool> done_slots(const DeckPath& course) const;
 
   // ---- where things are ----
   [[nodiscard]] const DeckPath* deck(int platform) const;
@@ -178,6 +179,8 @@ class Carry {
   /// From the aircraft's point to where the hook is learnt to hang in the mean.
   [[nodiscard]] Eigen::Vector3d hangs_ned_m() const;
   [[nodiscard]] Eigen::Vector3d hook_miss_ned_m() const;
+  /// The rim of the target's cargo was made out, often enough to be no mistake.
+  [[nodiscard]] bool knows_cargo_place() const;
   [[nodiscard]] double target_age_s() const;
   [[nodiscard]] double in_phase_s() const { return static_cast<double>(utime_ - phase_utime_) * 1e-6; }
   /// The hook against its goal: how far beside it in the mean and now that it swings, height over it,

@@ -185,9 +185,10 @@ bool Carry::may_let_go(const Miss& off) const {
 }
 
 /// The jaws feel for a handle that is not where it was thought: a slow spiral out to where they could just
-/// miss.
+/// miss, or to where a cargo may stand whose rim was never made out: 0.4 radii from the middle.
 Eigen::Vector2d Carry::feeling_about_m(double ahead_s) const {
-  constexpr double patience_s = 5, turn_s = 8, widest_m = 0.08, growth_mps = 0.01;  // 0.06 m/s at most
+  constexpr double patience_s = 5, turn_s = 8, growth_mps = 0.01;
+  const double widest_m = knows_cargo_place() ? 0.08 : 0.2;  // 0.06 m/s, and 0.16
   const double felt_s = closing_since_ ? seconds(utime_ - *closing_since_) + ahead_s - patience_s : 0;
   if (felt_s <= 0) return Eigen::Vector2d::Zero();
   const double angle_rad = 2 * std::numbers::pi * felt_s / turn_s;

@@ -122,15 +122,18 @@ std::optional<std::size_t> Carry::closer_slot() const {
   return slot < course->news().slots.size() ? std::optional(slot) : std::nullopt;
 }
 
-/// By slot: whether a cargo was set down there, as far as slots have kept their numbers.
-std::vector<bool> Carry::brought_to(const DeckPath& course) const {
-  std::vector<bool> brought(course.news().slots.size());
-  for (const DeliveredCargo& cargo : record_.delivered) {
-    const auto slot = static_cast<std::size_t>(cargo.slot.slot);
-    if (cargo.slot.platform == course.news().platform && slot < brought.size())
-      brought[slot] = course.news().identity_certain;
-  }
-  return brought;
+/// By slot: whether a cargo was set down there, or taken away, as far as slots have kept their numbers.
+std::vector<bool> Carry::done_slots(const DeckPath& course) const {
+  std::vector<bool> done(course.news().slots.size());
+  const auto note = [&](const SlotId& id) {
+    const auto slot = static_cast<std::size_t>(id.slot);
+    if (id.platform == course.news().platform && slot < done.size())
+      done[slot] = course.news().identity_certain;
+  };
+  if (!record_.loaded) std::for_each(record_.taken.begin(), record_.taken.end(), note);
+  if (!record_.loaded) return done;
+  for (const DeliveredCargo& cargo : record_.delivered) note(cargo.slot);
+  return done;
 }
 
 std::optional<Event> Carry::look_in_search() {
@@ -154,11 +157,15 @@ std::optional<Event> Carry::look_in_search() {
     if (slot.platform == goal_platform() && static_cast<std::size_t>(slot.slot) < inputs.failures.size())
       inputs.failures[static_cast<std::size_t>(slot.slot)] = failures;
   }
-  inputs.brought_to = brought_to(*course);
+  inputs.done = done_slots(*course);
   const double all_looked_at_s =
       look_about_s + closer_look_s * static_cast<double>(course->news().slots.size());
   const bool all_looked_at = nothing_since_ && seconds(utime_ - *nothing_since_) >= all_looked_at_s;
-  inputs.last_resort = all_looked_at && record_.loaded && course->news().identity_certain;
+  // that each circle had a cargo is believed when half of them did
+  const auto slots = course->news().slots.size();
+  const bool one_in_each =
+      static_cast<std::size_t>(settings_.cargoes) >= slots && 2 * record_.taken.size() >= slots;
+  inputs.last_resort = all_looked_at && course->news().identity_certain && (record_.loaded || one_in_each);
   candidates_ = weigh_slots(inputs);
   const auto best =
       std::find_if(candidates_.begin(), candidates_.end(), [](const auto& c) { return c.chosen; });
@@ -200,8 +207,7 @@ std::optional<Event> Carry::look_in_approach() {
   if (still && !aligned_since_) aligned_since_ = utime_;
   if (!still) return std::nullopt;
   const double held_s = seconds(utime_ - *aligned_since_);
-  const auto cargo = places_.at(*record_.target);
-  const bool place_known = record_.loaded || (cargo && cargo->sightings >= 8);
+  const bool place_known = record_.loaded || knows_cargo_place();
   if (held_s < (place_known ? settings_.aligned_s : 6.0)) return std::nullopt;
   if (!deck(record_.target->platform)->safe_to_lower() && held_s < 15) return std::nullopt;
   say(place_known ? "aligned: goes down"

@@ -152,6 +152,13 @@ mission_journal_t to_message(const CarryRecord& record) {
     failure.times = static_cast<std::int16_t>(times);
     m.failures.push_back(failure);
   }
+  for (const SlotId& slot : record.taken) {
+    mission_slot_t taken{};
+    taken.platform = static_cast<std::int16_t>(slot.platform);
+    taken.slot = static_cast<std::int16_t>(slot.slot);
+    m.taken.push_back(taken);
+  }
+  m.taken_count = static_cast<std::int16_t>(m.taken.size());
   m.delivery_count = static_cast<std::int16_t>(m.deliveries.size());
   m.failure_count = static_cast<std::int16_t>(m.failures.size());
   return m;
@@ -170,6 +177,7 @@ CarryRecord from_message(const mission_journal_t& m) {
   record.hook_lessons = m.hook_lessons;
   for (const mission_delivery_t& d : m.deliveries)
     record.delivered.push_back({{d.platform, d.slot}, d.off_m});
+  for (const mission_slot_t& slot : m.taken) record.taken.push_back({slot.platform, slot.slot});
   for (const mission_failure_t& f : m.failures) record.failures[{f.platform, f.slot}] = f.times;
   return record;
 }

@@ -8,8 +8,9 @@ namespace stevedore {
 namespace {
 
 constexpr double failure_m = 3, neighbour_m = 0.5, unseen_mps = 0.2, most_unseen_m = 2, doubt_m = 2,
-                 kept_m = 1, occupied_m = 20;
-constexpr double sure = 0.8;  // confidence: one of five such decks would be judged wrong at worst
+                 kept_m = 1, unwanted_m = 20;
+constexpr int most_groped = 2;  // times that a cargo is felt for that nobody sees
+constexpr double sure = 0.8;    // confidence: one of five such decks would be judged wrong at worst
 
 const char* word(SlotCondition condition) {
   switch (condition) {
@@ -25,16 +26,22 @@ const char* word(SlotCondition condition) {
   return "";
 }
 
+const char* words_of_last_resort(bool loaded) {
+  return loaded ? ", but nobody brought it, and no circle is told free"
+                : ", but nobody took it away, and there was one in each circle";
+}
+
 std::string objection(std::size_t index, const ChoiceInputs& inputs, int failures) {
   const SlotReport& slot = inputs.deck->news().slots[index];
-  const bool brought = index < inputs.brought_to.size() && inputs.brought_to[index];
-  if (inputs.loaded && brought) return "a cargo was brought there";
-  const bool any = inputs.loaded && inputs.last_resort;
+  const bool done = index < inputs.done.size() && inputs.done[index];
+  if (done && inputs.loaded) return "a cargo was brought there";
+  if (done && inputs.last_resort) return "its cargo was taken away";
   const SlotCondition wanted = inputs.loaded ? SlotCondition::empty : SlotCondition::occupied;
-  if (!any && slot.condition != wanted) return word(slot.condition);
-  if (!any && slot.confidence < sure)
+  if (!inputs.last_resort && slot.condition != wanted) return word(slot.condition);
+  if (!inputs.last_resort && slot.confidence < sure)
     return fmt::format("{}, but only {:.0f} % sure", word(slot.condition), 100 * slot.confidence);
-  if (failures >= inputs.most_failures) return fmt::format("left alone after {} failures", failures);
+  const int most_failures = inputs.last_resort && !inputs.loaded ? most_groped : inputs.most_failures;
+  if (failures >= most_failures) return fmt::format("left alone after {} failures", failures);
   return {};
 }
 
@@ -70,8 +77,9 @@ void weigh(SlotCandidate& candidate, const ChoiceInputs& inputs, int failures) {
       slot.seen_utime < 0 ? 1e9 : static_cast<double>(inputs.utime - slot.seen_utime) * 1e-6;
   const bool kept = inputs.kept == candidate.slot;
   const double unseen_m = std::min(most_unseen_m, unseen_mps * std::max(0.0, unseen_s));
-  const double unsure_m =
-      inputs.last_resort ? occupied_m * chance_of_occupied(slot) : doubt_m * (1 - slot.confidence);
+  const double occupied = chance_of_occupied(slot);
+  const double unsure_m = inputs.last_resort ? unwanted_m * (inputs.loaded ? occupied : 1 - occupied)
+                                             : doubt_m * (1 - slot.confidence);
   candidate.cost =
       way_m + failure_m * failures + neighbour_m * neighbours + unseen_m + unsure_m - (kept ? kept_m : 0);
   const std::string seen =
@@ -100,9 +108,8 @@ std::vector<SlotCandidate> weigh_slots(const ChoiceInputs& inputs) {
     const std::string against = objection(i, inputs, failures);
     candidate.eligible = against.empty();
     const bool despite = candidate.eligible && inputs.last_resort;
-    candidate.reason =
-        fmt::format("{}{}: {}", candidate.eligible ? word(slots[i].condition) : against,
-                    despite ? ", but nobody brought it, and no circle is told free" : "", candidate.reason);
+    candidate.reason = fmt::format("{}{}: {}", candidate.eligible ? word(slots[i].condition) : against,
+                                   despite ? words_of_last_resort(inputs.loaded) : "", candidate.reason);
     const bool wished = inputs.wished == candidate.slot;
     if (wished && candidate.eligible) {
       candidate.cost -= 1000;

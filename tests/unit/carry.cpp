@@ -315,6 +315,9 @@ TEST_CASE("carry: where a cargo came to stand tells where the hook hangs") {
   const CarryRecord restored = from_message(to_message(record));
   CHECK(restored.hook_off_m == record.hook_off_m);
   CHECK(restored.hook_lessons == 1);
+  CarryRecord with_taken = record;
+  with_taken.taken = {{0, 3}, {0, 1}};
+  CHECK(from_message(to_message(with_taken)).taken == with_taken.taken);
 }
 
 TEST_CASE("carry: what was chosen before counts when the platform comes into view again") {
@@ -454,6 +457,28 @@ TEST_CASE("carry: where every circle looks occupied one is taken at last that no
     REQUIRE(bench.run_to(Phase::go_home));
     CHECK_THAT(bench.carry().reason(), Contains("no free circle"));
   }
+}
+
+TEST_CASE("carry: a cargo that nobody sees is felt for in the circle that none was taken from") {
+  CarryRecord record = Bench::record(false);
+  record.taken = {{0, 0}, {0, 1}, {0, 3}};
+  Bench bench(record);
+  bench.all_empty = true;
+  REQUIRE(bench.run_to(Phase::approach));
+  CHECK(bench.carry().record().target == SlotId{0, 2});
+  CHECK_THAT(bench.carry().reason(), Contains("nobody took it away"));
+  REQUIRE(bench.run_to(Phase::load));
+  double widest_m = 0;
+  CHECK_FALSE(bench.run_until(
+      [&] {
+        widest_m = std::max(widest_m, bench.beside_target_m().norm());
+        return bench.carry().phase() != Phase::load;
+      },
+      38));
+  CHECK(widest_m > 0.17);
+  // after two times in vain it is left alone
+  REQUIRE(bench.run_until([&] { return bench.carry().phase() == Phase::go_home; }, 300));
+  CHECK(bench.carry().record().failures.at({0, 2}) == 2);
 }
 
 TEST_CASE("carry: a cargo's place is the mean of what was seen, doubtful sights hardly counting") {
