@@ -159,6 +159,7 @@ class Carry {
   std::optional<Event> look_in_land();
   std::optional<Event> none_left();
   [[nodiscard]] std::vector<bool> done_slots(const DeckPath& course) const;
+  [[nodiscard]] ChoiceInputs choice_inputs(const DeckPath& course) const;
 
   // ---- where things are ----
   [[nodiscard]] const DeckPath* deck(int platform) const;

@@ -136,6 +136,24 @@ std::vector<bool> Carry::done_slots(const DeckPath& course) const {
   return done;
 }
 
+ChoiceInputs Carry::choice_inputs(const DeckPath& course) const {
+  ChoiceInputs inputs;
+  inputs.deck = &course;
+  inputs.utime = utime_;
+  inputs.hook_odometry_m = hook_odometry_m().head<2>();
+  inputs.loaded = record_.loaded;
+  inputs.kept = kept_;
+  inputs.wished = wished_;
+  inputs.most_failures = settings_.attempts_per_slot;
+  inputs.failures.resize(course.news().slots.size());
+  for (const auto& [slot, failures] : record_.failures) {
+    if (slot.platform == goal_platform() && static_cast<std::size_t>(slot.slot) < inputs.failures.size())
+      inputs.failures[static_cast<std::size_t>(slot.slot)] = failures;
+  }
+  inputs.done = done_slots(course);
+  return inputs;
+}
+
 std::optional<Event> Carry::look_in_search() {
   if (const auto event = none_left()) return event;
   candidates_.clear();
@@ -144,25 +162,11 @@ std::optional<Event> Carry::look_in_search() {
     return std::nullopt;
   }
   const DeckPath* course = deck(goal_platform());
-  ChoiceInputs inputs;
-  inputs.deck = course;
-  inputs.utime = utime_;
-  inputs.hook_odometry_m = hook_odometry_m().head<2>();
-  inputs.loaded = record_.loaded;
-  inputs.kept = kept_;
-  inputs.wished = wished_;
-  inputs.most_failures = settings_.attempts_per_slot;
-  inputs.failures.resize(course->news().slots.size());
-  for (const auto& [slot, failures] : record_.failures) {
-    if (slot.platform == goal_platform() && static_cast<std::size_t>(slot.slot) < inputs.failures.size())
-      inputs.failures[static_cast<std::size_t>(slot.slot)] = failures;
-  }
-  inputs.done = done_slots(*course);
-  const double all_looked_at_s =
-      look_about_s + closer_look_s * static_cast<double>(course->news().slots.size());
-  const bool all_looked_at = nothing_since_ && seconds(utime_ - *nothing_since_) >= all_looked_at_s;
-  // that each circle had a cargo is believed when half of them did
   const auto slots = course->news().slots.size();
+  const double all_looked_at_s = look_about_s + closer_look_s * static_cast<double>(slots);
+  const bool all_looked_at = nothing_since_ && seconds(utime_ - *nothing_since_) >= all_looked_at_s;
+  ChoiceInputs inputs = choice_inputs(*course);
+  // that each circle had a cargo is believed when half of them did
   const bool one_in_each =
       static_cast<std::size_t>(settings_.cargoes) >= slots && 2 * record_.taken.size() >= slots;
   inputs.last_resort = all_looked_at && course->news().identity_certain && (record_.loaded || one_in_each);
