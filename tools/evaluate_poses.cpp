@@ -126,9 +126,14 @@ PoseSample sample_of(std::int64_t utime, const pose_t& pose, const Mark& mark,
   return sample;
 }
 
-/// Which track id each mark has had.
+/// Which track id each mark has had. Of several tracks that are the mark's the one that was it before still
+/// is (Bernardin and Stiefelhagen 2008), however near another may come.
 class IdBook {
  public:
+  [[nodiscard]] bool had(const std::string& mark, std::int64_t track_id) const {
+    const auto before = last_.find(mark);
+    return before != last_.end() && before->second.track_id == track_id;
+  }
   void add(std::int64_t utime, const std::string& mark, std::int64_t track_id, PoseComparison& counts) {
     constexpr std::int64_t exit_us = 2'000'000;  // who is away for less must come back with the same id
     const auto before = last_.find(mark);
@@ -164,10 +169,11 @@ void add_probabilities(const pose_t& pose, const Mark& mark, std::vector<Probabi
 void compare_frame(const poses_t& frame, const std::vector<Mark>& marks,
                    const std::optional<CommonError>& common, IdBook& ids, PoseComparison& result) {
   struct Claim {
-    const pose_t* pose;
+    const pose_t* pose;  // the nearest one
     double misfit;
+    std::int64_t track_id;
   };
-  std::map<int, Claim> claims;  // by mark: the nearest pose
+  std::map<int, Claim> claims;  // by mark
   for (const pose_t& pose : frame.poses) {
     if (!is_measured(pose)) {
       ++result.predicted;
@@ -183,15 +189,19 @@ void compare_frame(const poses_t& frame, const std::vector<Mark>& marks,
       ++result.of_nothing;
     } else if (fit.is_ambiguous) {
       ++result.ambiguous;
-    } else if (const auto [claim, is_first] = claims.try_emplace(fit.mark, Claim{&pose, fit.misfit});
-               !is_first) {
-      ++result.doubled;
-      if (fit.misfit < claim->second.misfit) claim->second = {&pose, fit.misfit};
+    } else {
+      const std::string& mark = marks[static_cast<std::size_t>(fit.mark)].name;
+      const auto [place, is_first] = claims.try_emplace(fit.mark, Claim{&pose, fit.misfit, pose.track_id});
+      Claim& claim = place->second;
+      const bool is_nearer = fit.misfit < claim.misfit, had_it = ids.had(mark, claim.track_id);
+      if (!is_first) ++result.doubled;
+      if ((is_nearer && !had_it) || ids.had(mark, pose.track_id)) claim.track_id = pose.track_id;
+      if (is_nearer) claim.pose = &pose, claim.misfit = fit.misfit;
     }
   }
   for (const auto& [index, claim] : claims) {
     const Mark& mark = marks[static_cast<std::size_t>(index)];
-    ids.add(frame.header.utime, mark.name, claim.pose->track_id, result);
+    ids.add(frame.header.utime, mark.name, claim.track_id, result);
     if (mark.is_whole) ++result.whole_found;
     // a radius told wrong by a tenth is a wrong setting; a third is another kind of mark
     const double assumed = claim.pose->radius_m / mark.radius_m;

@@ -246,6 +246,23 @@ TEST_CASE("Track ids that change places, or change after an absence") {
   CHECK(result.whole_found == 4 * 60 - 40);
 }
 
+TEST_CASE("Of two tracks on a mark the one that was its before keeps it while it is there") {
+  FlightLog flight = flight_of(60);
+  for (std::size_t k = 0; k < 60; ++k) {
+    auto& poses = flight.poses[k].poses;
+    pose_t second = poses[4];
+    second.track_id = 40;
+    shift(k % 2 == 0 ? second : poses[4], 1.01);  // by turns nearer
+    for (circle_solution_t& solution : (k % 2 == 0 ? second : poses[4]).solutions)
+      solution.center_camera_m[1] += 0.01;
+    poses.push_back(second);
+    if (k >= 30) poses.erase(poses.begin() + 4);  // the first one is gone
+  }
+  const PoseComparison result = compare(flight);
+  CHECK(result.doubled == 30);
+  CHECK(result.switches == 1);
+}
+
 TEST_CASE("Poses that belong to no mark, to two, or to one twice") {
   FlightLog flight = flight_of(1);
   auto& poses = flight.poses[0].poses;
