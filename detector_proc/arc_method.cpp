@@ -98,6 +98,18 @@ Detection* rim_among(std::vector<Detection>& found, const Ellipse& circle, const
   return best;
 }
 
+/// A rim's other edge and a foot seen around the same place are the cargo's, which is one mark.
+void drop_other_edges_of_cargoes(std::vector<Detection>& found) {
+  std::vector<Ellipse> rims;
+  for (const Detection& d : found)
+    if (d.label == Label::cargo) rims.push_back(d.outer.ellipse);
+  std::erase_if(found, [&](const Detection& d) {
+    return d.label == Label::unknown && std::any_of(rims.begin(), rims.end(), [&](const Ellipse& rim) {
+             return about_the_same(d.outer.ellipse, rim);
+           });
+  });
+}
+
 /// Circles whose rims are large enough to be told from letters are searched for one, but for those that have
 /// nothing in them at all. What was taken for a rim in them, and is not, has no meaning.
 template <class NothingIn>
@@ -144,6 +156,7 @@ void add_rims(const cv::Mat& image, const DetectorSettings& settings, double foc
     rim.label = Label::cargo;
     found.push_back(std::move(rim));
   }
+  drop_other_edges_of_cargoes(found);
   std::stable_sort(found.begin(), found.end(), [](const Detection& a, const Detection& b) {
     return a.outer.ellipse.a_px * a.outer.ellipse.b_px > b.outer.ellipse.a_px * b.outer.ellipse.b_px;
   });

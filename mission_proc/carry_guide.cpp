@@ -24,6 +24,9 @@ constexpr double felt_m = 0.10, felt_turn_s = 8;
 /// Below contact: a cargo is lowered until the load cell tells that it stands. The height is off by as much
 /// as a handle's.
 constexpr double press_m = 0.15;
+/// Over its circle a cargo is held as low as leaves it clear of the deck, whose height is known to a
+/// decimetre.
+constexpr double held_m = 0.25;
 /// Of a swing, a second, that the rope's upper end goes after it: a swing dies out to a third in 2 / 0.6 = 3
 /// s, two of its periods, and the aircraft moves by a sixth of it.
 constexpr double damped_per_s = 0.6;
@@ -109,7 +112,7 @@ std::optional<Carry::Goal> Carry::goal(double passed_s) {
     case Phase::drop:
       return over_target(-press_m, touch_mps, passed_s);
     case Phase::verify_load:
-      return over_target(tries_hold() ? settings_.clearance_m : clear_m, climb_mps, passed_s);
+      return over_target(tries_hold() ? held_m : clear_m, climb_mps, passed_s);
     case Phase::verify_drop:
     case Phase::retry:
       return over_target(clear_m, climb_mps, passed_s);

@@ -283,8 +283,8 @@ TEST_CASE(
     return bench.carry().phase() == phase;
   };
   CHECK_FALSE(bench.run_until([&] { return watched(Phase::transit); }, 14));
-  CHECK(highest_m > 0.3);
-  CHECK(highest_m < 0.45);
+  CHECK(highest_m > 0.2);
+  CHECK(highest_m < 0.35);
   bench.stands = true;  // it fell off
   REQUIRE(bench.run_until([&] { return bench.carry().phase() == Phase::retry; }, 2));
   CHECK(bench.carry().record().written_off == 0);

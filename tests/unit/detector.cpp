@@ -201,6 +201,7 @@ TEST_CASE("a camera's focal length tells a rim's outer edge from its inner one")
       std::find_if(found.begin(), found.end(), [](const Detection& d) { return d.label == Label::cargo; });
   REQUIRE(cargo != found.end());
   check_near(cargo->outer.ellipse, rim, 1);
+  for (const Detection& d : found) CHECK(d.label != Label::unknown);  // both edges are one mark
   CHECK(found[0].occupied == true);
 }
 
