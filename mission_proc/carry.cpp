@@ -92,6 +92,21 @@ void Carry::hear(const HookReport& hook) {
   feel_touch();
 }
 
+void Carry::hear_laser(std::int64_t utime, double range_m) {
+  const auto moment = vehicle_.at(utime);
+  if (!moment) return;
+  const Eigen::Matrix3d axes = moment->ned_from_body.toRotationMatrix();
+  const Eigen::Vector3d arm_m(settings_.altimeter_forward_m, settings_.altimeter_right_m,
+                              settings_.altimeter_down_m);
+  const Eigen::Vector3d laser_m = moment->position_odometry_m + axes * arm_m, beam = axes.col(2);
+  watch_laser(utime, range_m, laser_m, beam);
+  // beside a deck it falls on the sea, and on the deck again
+  constexpr double mean_over_s = 2;
+  const double met_m = laser_m.z() + range_m * beam.z(), passed_s = seconds(utime - ground_utime_);
+  ground_m_ += std::clamp(passed_s / mean_over_s, 0.0, 1.0) * (met_m - ground_m_);
+  ground_utime_ = utime;
+}
+
 void Carry::hear(const AutopilotReport& autopilot) {
   autopilot_ = autopilot;
 }

@@ -103,7 +103,7 @@ class Carry {
   void hear(const DeckNews& deck);
   /// After the platforms of the same frame.
   void see(const LevelFrame& frame);
-  void hear_laser(std::int64_t utime, double range_m) { watch_laser(utime, range_m); }
+  void hear_laser(std::int64_t utime, double range_m);
 
   void start();
   void hold();
@@ -222,7 +222,8 @@ class Carry {
   double deck_level_m(double now_m);
   [[nodiscard]] double target_heading_rad() const;
 
-  void watch_laser(std::int64_t utime, double range_m);
+  void watch_laser(std::int64_t utime, double range_m, const Eigen::Vector3d& laser_odometry_m,
+                   const Eigen::Vector3d& beam);
   void watch_frames(const LevelFrame& frame);
   void watch_target();
 
@@ -273,6 +274,8 @@ class Carry {
   std::optional<Touch> touch_;
   int touches_off_ = 0;                       ///< times that it was too far off, with this target
   std::optional<std::int64_t> search_utime_;  ///< since when a spiral is flown
+  double ground_m_ = 0;                       ///< odometry, down: what the laser meets below, in the mean
+  std::int64_t ground_utime_ = 0;
   /// Circles seen in a search that no platform has taken.
   struct Sighting {
     Eigen::Vector3d off_odometry_m;  ///< of their middle, from where the platform is thought to be

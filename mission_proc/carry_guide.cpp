@@ -235,6 +235,10 @@ Carry::Goal Carry::over_deck(double height_m) {
   }
   aircraft_m.head<2>() -= settings_.camera_forward_m * ahead;
   aircraft_m.z() = deck_level_m(place_m.z()) - height_m - settings_.camera_down_m;
+  // a platform's own word of its height may be metres off: while it is not seen, over what the laser meets as
+  // well
+  if (!seen && seconds(utime_ - ground_utime_) < 1)
+    aircraft_m.z() = std::min(aircraft_m.z(), ground_m_ - height_m);
   return {aircraft_m, velocity_mps, heading_rad_};
 }
 

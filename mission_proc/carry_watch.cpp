@@ -26,22 +26,17 @@ bool same(const LevelFrame& a, const LevelFrame& b) {
 
 /// A laser that looks down on a deck in view must read what vision says: but for a cargo that stands in its
 /// way. One that looks beside contradicts nothing.
-void Carry::watch_laser(std::int64_t utime, double range_m) {
+void Carry::watch_laser(std::int64_t utime, double range_m, const Eigen::Vector3d& laser_odometry_m,
+                        const Eigen::Vector3d& beam) {
   constexpr double on_deck_m =
       1.2;  // from the middle: inside of the circles' square, well inside of the deck
   constexpr double tolerance_m = 0.5;  // a cargo and its handle, 0.42 m, and three sigma of both
-  const auto moment = vehicle_.at(utime);
-  if (!moment) return;
-  const Eigen::Matrix3d axes = moment->ned_from_body.toRotationMatrix();
-  const Eigen::Vector3d arm_m(settings_.altimeter_forward_m, settings_.altimeter_right_m,
-                              settings_.altimeter_down_m);
-  const Eigen::Vector3d laser_m = moment->position_odometry_m + axes * arm_m, beam = axes.col(2);
   std::string contradiction;
   for (const auto& [platform, course] : decks_) {
     if (course.age_s(utime) > 0.3) continue;
     const Eigen::Vector3d up = course.normal(utime), middle_m = course.center(utime).position_m;
-    const double expected_m = up.dot(middle_m - laser_m) / up.dot(beam);
-    const bool on_deck = (laser_m + expected_m * beam - middle_m).norm() < on_deck_m;
+    const double expected_m = up.dot(middle_m - laser_odometry_m) / up.dot(beam);
+    const bool on_deck = (laser_odometry_m + expected_m * beam - middle_m).norm() < on_deck_m;
     if (on_deck && std::abs(range_m - expected_m) > tolerance_m)
       contradiction =
           fmt::format("laser {:.2f} m, vision {:.2f} m over platform {}", range_m, expected_m, platform);

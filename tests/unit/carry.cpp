@@ -110,7 +110,8 @@ class Bench {
   bool in_view = true, numbers_certain = true, frozen = false;
   double laser_off_m = 0;
   bool all_empty = false, none_free = false;
-  std::optional<double> told_within_m;  ///< cargoes are told from right above only, and not from higher
+  std::optional<double> second_told_low_m;  ///< the second platform is never seen, and told to be that low
+  std::optional<double> told_within_m;      ///< cargoes are told from right above only, and not from higher
   Eigen::Vector2d put_m = Eigen::Vector2d::Zero();  ///< of cargoes from their circles' middles
   double leans_rad = 0;                             ///< the camera, by what nobody knows
   std::vector<Eigen::Vector3d> lone_circles_m;      ///< seen, and of no platform that is known
@@ -136,6 +137,13 @@ class Bench {
       const Eigen::Vector3d middle_m(10.0 * platform, 0, 0), still = Eigen::Vector3d::Zero(), up(0, 0, -1);
       news.identity_certain = numbers_certain;
       news.knots = {{0, middle_m, still, up, true}, {1, middle_m, still, up, true}};
+      if (platform == 1 && second_told_low_m) {
+        const Eigen::Vector3d told_m = middle_m + Eigen::Vector3d(0, 0, *second_told_low_m);
+        news.knots = {{0, told_m, still, up, true}, {1, told_m, still, up, true}};
+        news.seen_utime = -1;
+        carry_.hear(news);
+        continue;
+      }
       for (int slot = 0; slot < 4; ++slot) {
         const bool is_told = !told_within_m || (camera_m() - circle_m(platform, slot).head<2>()).norm() < 0.3;
         const bool is_near = -position_m_.z() < told_within_m.value_or(1e9);
@@ -479,6 +487,20 @@ TEST_CASE("carry: a cargo that nobody sees is felt for in the circle that none w
   // after two times in vain it is left alone
   REQUIRE(bench.run_until([&] { return bench.carry().phase() == Phase::go_home; }, 300));
   CHECK(bench.carry().record().failures.at({0, 2}) == 2);
+}
+
+TEST_CASE("carry: a platform that tells its height wrongly is not looked for under the ground") {
+  Bench bench(true);
+  bench.second_told_low_m = 6;
+  double lowest_m = 1e9;
+  CHECK_FALSE(bench.run_until(
+      [&] {
+        lowest_m = std::min(lowest_m, bench.camera_height_m());
+        return false;
+      },
+      40));
+  CHECK(bench.carry().phase() == Phase::search);
+  CHECK(lowest_m > 4);
 }
 
 TEST_CASE("carry: a cargo's place is the mean of what was seen, doubtful sights hardly counting") {
