@@ -290,7 +290,7 @@ void Carry::fire(Event event) {
   search_utime_.reset();
   sighting_.reset();
   stay_odometry_m_ = now_ ? std::optional(now_->position_odometry_m) : std::nullopt;
-  if (has_target_place()) height_m_ = miss().height_m;
+  height_m_ = has_target_place() ? std::optional(miss().height_m) : std::nullopt;
   rise_mps_ = 0;
 }
 

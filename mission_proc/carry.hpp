@@ -259,7 +259,7 @@ class Carry {
   std::optional<std::int64_t> light_since_;  ///< the hook bears too little
   std::optional<std::int64_t> heavy_since_;
   std::optional<std::int64_t> nothing_since_;  ///< nothing to choose
-  double height_m_ = 0;                        ///< of the hook over its goal, as commanded
+  std::optional<double> height_m_;             ///< of the hook over its goal, as commanded
   double rise_mps_ = 0;                        ///< its rate
   std::optional<Goal> goal_;
   std::optional<Eigen::Vector3d> stay_odometry_m_;

@@ -134,19 +134,21 @@ Carry::Goal Carry::stay(double climb_rate_mps, double passed_s) {
 Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double passed_s) {
   if (!has_target_place()) return stay(climb_mps, passed_s);
   const Miss off = miss();
-  const bool lowers = wanted_height_m < height_m_;
+  double height_m = height_m_.value_or(off.height_m);  // after a restart: from where it is
+  const bool lowers = wanted_height_m < height_m;
   // a cargo touches where it then is; above a handle there is time for the swing to come back
   const bool drops = record_.phase == Phase::drop;
   const double beside_m = drops ? off.horizontal_m : off.aim_m;
   const double within_m = drops ? settings_.release_m / 2 : settings_.aligned_m / 2;
   const bool may_lower =
-      target_age_s() < settings_.oldest_s && beside_m < within_m + 0.15 * std::max(0.0, height_m_);
-  double wanted_rise_mps = std::clamp(2 * (wanted_height_m - height_m_), -rate_mps, rate_mps);
+      target_age_s() < settings_.oldest_s && beside_m < within_m + 0.15 * std::max(0.0, height_m);
+  double wanted_rise_mps = std::clamp(2 * (wanted_height_m - height_m), -rate_mps, rate_mps);
   if (lowers && !may_lower) wanted_rise_mps = 0;
   rise_mps_ += std::clamp(wanted_rise_mps - rise_mps_, -smooth_mps2 * passed_s, smooth_mps2 * passed_s);
-  height_m_ += rise_mps_ * passed_s;
+  height_m += rise_mps_ * passed_s;
   // a commanded height that the aircraft is far from would be made up for in one go
-  height_m_ = std::clamp(height_m_, off.height_m - 1.0, off.height_m + 1.0);
+  height_m = std::clamp(height_m, off.height_m - 1.0, off.height_m + 1.0);
+  height_m_ = height_m;
 
   if (record_.phase != Phase::load && record_.phase != Phase::drop) heading_rad_ = target_heading_rad();
   PointPath point = hook_goal(utime_);
@@ -157,7 +159,7 @@ Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double p
   velocity_mps.head<2>() +=
       (feeling_about_m(settings_.lag_s + told_every_s) - feeling_about_m(settings_.lag_s)) / told_every_s;
   velocity_mps.head<2>() += damped_per_s * hanging_.swing_ned_m(settings_.lag_s + told_every_s / 2);
-  const Eigen::Vector3d hook_m = point.position_m - Eigen::Vector3d(0, 0, height_m_);
+  const Eigen::Vector3d hook_m = point.position_m - Eigen::Vector3d(0, 0, height_m);
   if (record_.phase == Phase::load) work_jaws(off, shift_m.norm());
   if (record_.phase == Phase::drop && may_let_go(off)) opens_jaws_ = true;
   return {hook_m - hangs_ned_m(), velocity_mps - Eigen::Vector3d(0, 0, rise_mps_), heading_rad_};
