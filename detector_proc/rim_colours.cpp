@@ -61,28 +61,36 @@ double square_off_middle(int v, int u) {
   return x * x + y * y;
 }
 
+/// Mean colour at some of a round edge's radii in one direction, of what is in view and within `farthest`
+/// circle radii of the circle's middle; nothing where nothing is.
+template <std::size_t N>
+std::optional<PatchColour> mean_towards(const RoundPatch& patch, const RoundFit& fit, const PatchDirection& d,
+                                        const std::array<float, N>& radii, double farthest) {
+  PatchColour sum = PatchColour::Zero();
+  int count = 0;
+  for (const float radius : radii) {
+    const float off = radius * static_cast<float>(fit.circle_px.z());
+    const auto [u, v] = pixel_at(static_cast<float>(fit.circle_px.x()) + off * d.u,
+                                 static_cast<float>(fit.circle_px.y()) + off * d.v);
+    if (!patch.sees(v, u) || square_off_middle(v, u) > farthest * farthest) continue;
+    for (int k = 0; k < patch.pixels.channels(); ++k) sum[k] += patch.pixels.ptr(v, u)[k];
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return PatchColour(sum / count);
+}
+
 /// Whether what has a core's colour goes on beyond a round edge on two opposite sides, as a stripe does. The
 /// wall of a cargo is seen on one side.
 bool goes_through(const RoundPatch& patch, const RoundFit& fit, const PatchColour& own,
                   const PatchColour& around, double clear) {
   constexpr std::array radii{1.40F, 1.50F, 1.60F};
-  constexpr double least_levels =
-      24;  // of the two apart: half of it is three sigma of the mean of three pixels
+  constexpr double least_levels = 24;  // of the two apart: half is three sigma of the mean of three pixels
   if (difference(own, around) < least_levels) return false;
   std::array<bool, directions> is_own{};
   for (std::size_t k = 0; k < directions; ++k) {
-    const PatchDirection& d = all_directions()[k];
-    PatchColour sum = PatchColour::Zero();
-    int count = 0;
-    for (const float radius : radii) {
-      const float off = radius * static_cast<float>(fit.circle_px.z());
-      const auto [u, v] = pixel_at(static_cast<float>(fit.circle_px.x()) + off * d.u,
-                                   static_cast<float>(fit.circle_px.y()) + off * d.v);
-      if (!patch.sees(v, u) || square_off_middle(v, u) > clear * clear) continue;
-      for (int c = 0; c < patch.pixels.channels(); ++c) sum[c] += patch.pixels.ptr(v, u)[c];
-      ++count;
-    }
-    is_own[k] = count > 0 && difference(sum / count, own) < difference(sum / count, around);
+    const auto mean = mean_towards(patch, fit, all_directions()[k], radii, clear);
+    is_own[k] = mean && difference(*mean, own) < difference(*mean, around);
   }
   constexpr std::size_t half = directions / 2;
   for (std::size_t k = 0; k < half; ++k)
@@ -96,21 +104,9 @@ std::optional<double> difference_towards(const RoundPatch& patch, const RoundFit
                                          const PatchDirection& d) {
   constexpr std::array inner{0.60F, 0.68F, 0.76F, 0.84F, 0.92F};
   constexpr std::array outer{1.10F, 1.18F, 1.26F, 1.34F};
-  const auto mean = [&](const auto& radii) -> std::optional<PatchColour> {
-    PatchColour sum = PatchColour::Zero();
-    int count = 0;
-    for (const float radius : radii) {
-      const float off = radius * static_cast<float>(fit.circle_px.z());
-      const auto [u, v] = pixel_at(static_cast<float>(fit.circle_px.x()) + off * d.u,
-                                   static_cast<float>(fit.circle_px.y()) + off * d.v);
-      if (!patch.sees(v, u)) continue;
-      for (int k = 0; k < patch.pixels.channels(); ++k) sum[k] += patch.pixels.ptr(v, u)[k];
-      ++count;
-    }
-    if (count == 0) return std::nullopt;
-    return PatchColour(sum / count);
-  };
-  const auto in = mean(inner), out = mean(outer);
+  constexpr double anywhere = 10;  // circle radii: beyond the patch
+  const auto in = mean_towards(patch, fit, d, inner, anywhere);
+  const auto out = mean_towards(patch, fit, d, outer, anywhere);
   if (!in || !out) return std::nullopt;
   return difference(*in, *out);
 }

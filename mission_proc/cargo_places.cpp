@@ -1,7 +1,5 @@
 #include "mission_proc/cargo_places.hpp"
 
-#include <algorithm>
-
 namespace stevedore {
 
 void CargoPlaces::see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2, std::int64_t utime) {

@@ -62,7 +62,7 @@ void Carry::hear(const VehicleSample& vehicle) {
     board_.clear();
     home_odometry_m_.reset();
     pad_odometry_m_.reset();
-    utime_ = 0;
+    utime_ = ground_utime_ = 0;
   }
   const double passed_s = utime_ > 0 ? std::clamp(seconds(vehicle.utime - utime_), 0.0, 0.2) : 0;
   if (utime_ == 0) phase_utime_ = vehicle.utime;

@@ -221,6 +221,27 @@ TEST_CASE("a cargo's other edges are the cargo, and no marks of their own") {
   CHECK(found[1].label == Label::cargo);
 }
 
+TEST_CASE("where a rim is cut by the border what only the search finds is known to half a radius") {
+  Optics optics;
+  optics.focal_px = 320;
+  optics.width_px = 320;
+  const auto deviation_px = [&](int rows) {
+    cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(60));
+    paint(image, {160, 120, 80, 80, 0}, cv::Scalar::all(220));
+    paint(image, {160, 120, 64, 64, 0}, cv::Scalar::all(60));
+    paint(image, {165, 155, 30.1, 30.1, 0}, cv::Scalar(40, 60, 60));
+    paint(image, {165, 155, 27, 27, 0}, cv::Scalar(10, 20, 200));
+    cv::GaussianBlur(image, image, {}, 0.8);
+    const auto found = Detector({}, optics).detect(image.rowRange(0, rows).clone());
+    const auto cargo =
+        std::find_if(found.begin(), found.end(), [](const Detection& d) { return d.label == Label::cargo; });
+    REQUIRE(cargo != found.end());
+    return std::sqrt(cargo->outer.covariance(0, 0));
+  };
+  CHECK(deviation_px(240) < 1);
+  CHECK(deviation_px(163) > 0.3 * 30.1);
+}
+
 TEST_CASE("an ellipse in a circle that no parallel circle looks like is no cargo") {
   cv::Mat image = disc_scene({160, 120, 80, 75, 0});
   paint(image, {160, 120, 40, 16, 0.5}, cv::Scalar::all(60));
