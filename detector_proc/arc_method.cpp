@@ -98,14 +98,18 @@ Detection* rim_among(std::vector<Detection>& found, const Ellipse& circle, const
   return best;
 }
 
-/// A rim's other edge and a foot seen around the same place are the cargo's, which is one mark.
+/// A rim's other edge, a wall and a foot seen around the same place are the cargo's, which is one mark: what
+/// lies there is hidden by it.
 void drop_other_edges_of_cargoes(std::vector<Detection>& found) {
+  constexpr double most_ratio = 1.5;  // a wall seen from the side is as high as the rim is wide
   std::vector<Ellipse> rims;
   for (const Detection& d : found)
     if (d.label == Label::cargo) rims.push_back(d.outer.ellipse);
   std::erase_if(found, [&](const Detection& d) {
+    const Ellipse& e = d.outer.ellipse;
     return d.label == Label::unknown && std::any_of(rims.begin(), rims.end(), [&](const Ellipse& rim) {
-             return about_the_same(d.outer.ellipse, rim);
+             return normalized_radius_squared(rim, {e.u_px, e.v_px}) < 1 &&
+                    e.a_px * e.b_px < most_ratio * most_ratio * rim.a_px * rim.b_px;
            });
   });
 }

@@ -24,7 +24,8 @@ int run(int argc, char** argv) {
       "against "
       "the laser, latencies. Prints a table, and writes a page for people and JSON for programs.",
       "evaluate");
-  std::string log, out, reference;
+  std::string log, out, reference, config;
+  std::vector<std::string> settings;
   app.add_option("LOG", log, "log of a flight (recording.lcm of ./run)")
       ->required()
       ->check(CLI::ExistingFile);
@@ -32,13 +33,21 @@ int run(int argc, char** argv) {
   app.add_option("--reference", reference,
                  "another log of the same frames: its POSES are a second source to compare with")
       ->check(CLI::ExistingFile);
+  app.add_option("--config", config,
+                 "the flight's configuration, which says where the laser sits and which camera flew "
+                 "[config.yaml beside LOG with the settings of settings.txt, where ./run keeps them]")
+      ->check(CLI::ExistingFile);
+  app.add_option("--set", settings, "section.key=value, over what the files say")
+      ->take_all()
+      ->allow_extra_args(false);
   app.footer(
-      "Where the laser sits and which camera flew is taken from config.yaml and settings.txt beside LOG, "
-      "where "
-      "./run keeps them. TRUTH is only there in logs of the simulated world.");
+      "Without a configuration the errors that camera and paint share over a flight are taken for those of "
+      "single "
+      "poses. TRUTH is only there in logs of the simulated world.");
   stevedore::parse_command_line(app, argc, argv, "1 if the log is damaged or nothing in it can be evaluated");
 
-  const stevedore::Evaluation evaluation = stevedore::evaluate(log, reference);
+  const stevedore::Evaluation evaluation =
+      stevedore::evaluate(log, stevedore::flown_configuration(log, config, settings), reference);
   const fs::path folder = out.empty() ? fs::path(log).parent_path() : fs::path(out);
   std::error_code ignored;  // the file says whether the folder is there
   fs::create_directories(folder, ignored);

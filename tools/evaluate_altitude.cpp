@@ -130,7 +130,7 @@ double noise_m(double height_m) {
 
 /// Whether the laser reads short by the height of something that stands on a deck.
 bool is_on_thing(double vision_m, double laser_m) {
-  constexpr double tallest_m = 1.9;  // a person; a bucket with its handle is 0.42 m tall
+  constexpr double tallest_m = 2.2;  // a person in boots and helmet; a bucket with its handle is 0.42 m
   const double short_m = vision_m - laser_m;
   return short_m > noise_m(vision_m) && short_m < tallest_m + noise_m(vision_m);
 }
@@ -157,7 +157,7 @@ void sum_up(AltitudeComparison& result) {
 }  // namespace
 
 AltitudeComparison compare_altitudes(const FlightLog& flight, const LaserMount& mount) {
-  constexpr double near_m = 1;  // a circle's diameter: decks go on about that far beyond their circles
+  constexpr double near_m = 0.6;  // on the circle, give or take where the spot is: decks end not far beyond
   AltitudeComparison result;
   for (const poses_t& poses : flight.poses) {
     const auto circles_m = circles_of(poses);

@@ -8,22 +8,20 @@
 #include "runtime/camera_file.hpp"
 #include "runtime/config.hpp"
 #include "sim_proc/world/told_and_true.hpp"
-#include "tools/kept_configuration.hpp"
 
 namespace stevedore {
 
-Aircraft aircraft_of(const std::string& log) {
+Aircraft aircraft_of(const FlownConfiguration& flown) {
   Aircraft aircraft;
-  const auto kept = configuration_beside(log);
-  if (!kept) return aircraft;
-  const Config config = Config::load(kept->file, kept->settings);
+  if (flown.file.empty()) return aircraft;
+  const Config config = Config::load(flown.file, flown.settings);
   const auto settings = config.section<PoseSettings>("pose");
   aircraft.laser.from_camera_body_m = {settings.altimeter_forward_m, settings.altimeter_right_m,
                                        settings.altimeter_down_m};
   const auto camera = camera_of(config);
   if (!camera) return aircraft;
   aircraft.laser.camera = camera->mount;
-  const auto& overrides = kept->settings;
+  const auto& overrides = flown.settings;
   if (std::find(overrides.begin(), overrides.end(), "sim.easy=true") != overrides.end()) return aircraft;
   const world::TellingErrors told;
   aircraft.common = CommonError{camera->rectified, {}};
@@ -33,8 +31,8 @@ Aircraft aircraft_of(const std::string& log) {
   return aircraft;
 }
 
-Evaluation evaluate(const std::string& log, const std::string& reference) {
-  const Aircraft aircraft = aircraft_of(log);
+Evaluation evaluate(const std::string& log, const FlownConfiguration& flown, const std::string& reference) {
+  const Aircraft aircraft = aircraft_of(flown);
   Evaluation evaluation;
   evaluation.log = log;
   evaluation.reference_log = reference;

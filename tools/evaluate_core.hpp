@@ -12,6 +12,7 @@
 #include "tools/evaluate_log.hpp"
 #include "tools/evaluate_platforms.hpp"
 #include "tools/evaluate_poses.hpp"
+#include "tools/kept_configuration.hpp"
 
 namespace stevedore {
 
@@ -21,9 +22,8 @@ struct Aircraft {
   std::optional<CommonError> common;  ///< errors that all poses of a flight share
 };
 
-/// From the configuration that ./run keeps beside the log; without it, all at its default. Throws
-/// ConfigError.
-Aircraft aircraft_of(const std::string& log);
+/// Without a file, all at its default. Throws ConfigError.
+Aircraft aircraft_of(const FlownConfiguration& flown);
 
 /// A requirement, and whether the flight met it.
 struct Verdict {
@@ -50,7 +50,7 @@ struct Evaluation {
 
 /// reference: path of a log of the same frames whose POSES are a second source; empty: none.
 /// Throws std::runtime_error, ConfigError.
-Evaluation evaluate(const std::string& log, const std::string& reference);
+Evaluation evaluate(const std::string& log, const FlownConfiguration& flown, const std::string& reference);
 
 std::vector<Verdict> verdicts_of(const Evaluation& evaluation);
 nlohmann::ordered_json to_json(const Evaluation& evaluation);

@@ -1,5 +1,7 @@
 #include "tools/kept_configuration.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -21,10 +23,19 @@ std::vector<std::string> settings_of(const fs::path& path) {
 
 }  // namespace
 
-std::optional<KeptConfiguration> configuration_beside(const std::string& log) {
-  const fs::path folder = fs::path(log).parent_path();
-  if (!fs::is_regular_file(folder / "config.yaml")) return std::nullopt;
-  return KeptConfiguration{(folder / "config.yaml").string(), settings_of(folder / "settings.txt")};
+FlownConfiguration flown_configuration(const std::string& log, const std::string& file,
+                                       const std::vector<std::string>& settings) {
+  if (!file.empty()) return {file, settings};
+  const fs::path folder = fs::path(log).parent_path(), beside = folder / "config.yaml";
+  if (!fs::is_regular_file(beside)) {
+    fmt::print(stderr, "No --config, and no config.yaml beside the log: settings have their defaults.\n");
+    return {"", settings};
+  }
+  FlownConfiguration flown{beside.string(), settings_of(folder / "settings.txt")};
+  fmt::print(stderr, "With {} and {} settings of settings.txt, both kept beside the log.\n", flown.file,
+             flown.settings.size());
+  flown.settings.insert(flown.settings.end(), settings.begin(), settings.end());
+  return flown;
 }
 
 }  // namespace stevedore

@@ -58,20 +58,6 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-/// Without --config, what ./run kept beside the log; says what is taken.
-void find_configuration(Options& o) {
-  if (!o.config_file.empty()) return;
-  const auto kept = configuration_beside(o.log);
-  if (!kept) {
-    fmt::print(stderr, "No --config, and no config.yaml beside the log: settings have their defaults.\n");
-    return;
-  }
-  o.config_file = kept->file;
-  o.overrides.insert(o.overrides.begin(), kept->settings.begin(), kept->settings.end());
-  fmt::print(stderr, "With {} and {} settings of settings.txt, both kept beside the log.\n", o.config_file,
-             kept->settings.size());
-}
-
 /// A log that takes its name, and the place of what had it, when it is complete.
 class NewLog {
  public:
@@ -178,15 +164,15 @@ int run(int argc, char** argv) {
   cv::setNumThreads(1);
   stop_on_signals();
   static_cast<void>(LogReader(o.log));  // says what is wrong with the log before anything else is looked at
-  find_configuration(o);
+  const FlownConfiguration flown = flown_configuration(o.log, o.config_file, o.overrides);
   check_output(o);
 
   ReplayOptions options;
   options.mode = o.as_flown ? ReplayMode::as_flown : ReplayMode::every_frame;
   if (!o.stages.empty()) options.stages = {o.stages.begin(), o.stages.end()};
-  options.config = Config::load(o.config_file, o.overrides);
-  options.config_text = text_of(o.config_file) + text_of(options.config.camera_file()) +
-                        fmt::format("{}", fmt::join(o.overrides, "\n"));
+  options.config = Config::load(flown.file, flown.settings);
+  options.config_text = text_of(flown.file) + text_of(options.config.camera_file()) +
+                        fmt::format("{}", fmt::join(flown.settings, "\n"));
   NewLog out(o.out);
   const ReplayResult result = replay_into(out, o, options);
   out.keep();

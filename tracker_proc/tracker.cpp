@@ -69,6 +69,11 @@ constexpr double kLeastJumpLikeness = -6;  // 3.5 sigma
 constexpr double kLargestSurprise = 13.8;
 constexpr double kFarthestJerk_radii = 2.0;
 
+// Edges of one cargo: two cargoes side by side are two radii apart. A foot, a fifth smaller than the rim and
+// farther away by the cargo's height (a fifth from 1.5 m), is the smallest.
+constexpr double kOneCargo_radii = 0.8;
+constexpr double kOneCargo_size = 1.5;
+
 Eigen::Vector2d centre_of(const Ellipse& e) {
   return {e.u_px, e.v_px};
 }
@@ -84,6 +89,15 @@ std::string number(double value, int decimals = 0) {
 
 double radius_of(const Ellipse& e) {
   return std::sqrt(e.a_px * e.b_px);
+}
+
+/// Rim, its inner edge, wall and foot of a cargo, found by turns, are one mark.
+bool is_one_cargo(const Detection& one, const Detection& other) {
+  if (one.label == Label::circle || other.label == Label::circle) return false;
+  if (one.label == Label::unknown && other.label == Label::unknown) return false;
+  const double p = radius_of(one.outer.ellipse), q = radius_of(other.outer.ellipse);
+  const double apart_px = (centre_of(one.outer.ellipse) - centre_of(other.outer.ellipse)).norm();
+  return apart_px < kOneCargo_radii * std::min(p, q) && std::max(p, q) < kOneCargo_size * std::min(p, q);
 }
 
 Ellipse with_size(const Ellipse& e, const Eigen::Vector2d& centre_px, double radius_px) {
@@ -245,6 +259,7 @@ TrackerResult Tracker::step(double time_s, const cv::Mat& image, const std::vect
     }
   }
   continue_tracks(frame, match);
+  join_edges_of_cargoes();
   if (frame.ambiguous.empty()) note_hidden();
   if (search) use_window(*search);
   describe_tracks();
@@ -479,6 +494,28 @@ void Tracker::continue_track(Followed& followed, const Frame& frame, std::size_t
   followed.hidden = false;
   followed.seen_s = *time_s_;
   set_measured(followed.track, frame, found);
+}
+
+/// Of two tracks that are one cargo the one seen in this frame goes on, under the older id or the target's.
+void Tracker::join_edges_of_cargoes() {
+  const auto is_seen = [](const Followed& f) { return f.track.detection_index >= 0; };
+  for (std::size_t i = 0; i < followed_.size(); ++i) {
+    for (std::size_t j = i + 1; j < followed_.size() && !followed_[i].given_up; ++j) {
+      Followed *kept = &followed_[i], *dropped = &followed_[j];
+      if (dropped->given_up || is_seen(*kept) == is_seen(*dropped) ||
+          !is_one_cargo(kept->track.detection, dropped->track.detection))
+        continue;
+      if (dropped->track.id == target_id_) std::swap(kept, dropped);
+      if (is_seen(*dropped)) {
+        std::swap(*kept, *dropped);
+        std::swap(kept->track.id, dropped->track.id);
+        std::swap(kept->track.age_frames, dropped->track.age_frames);
+        std::swap(kept->since_s, dropped->since_s);
+        kept->times_seen += dropped->times_seen;
+      }
+      dropped->given_up = true;
+    }
+  }
 }
 
 void Tracker::take_up(const Frame& frame, std::size_t found, const Eigen::Vector2d& velocity_pxps) {

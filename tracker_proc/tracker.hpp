@@ -129,6 +129,7 @@ class Tracker {
   std::optional<std::size_t> moved_target(const Frame& frame, std::vector<std::optional<std::size_t>>& match);
   void continue_tracks(const Frame& frame, const std::vector<std::optional<std::size_t>>& match);
   void continue_track(Followed& followed, const Frame& frame, std::size_t found);
+  void join_edges_of_cargoes();
   void take_up(const Frame& frame, std::size_t found, const Eigen::Vector2d& velocity_pxps);
   void set_measured(Track& track, const Frame& frame, std::size_t found) const;
   [[nodiscard]] Eigen::Vector2d mean_velocity_pxps() const;

@@ -211,6 +211,7 @@ TEST_CASE("a cargo's other edges are the cargo, and no marks of their own") {
   paint(image, {160, 120, 64, 64, 0}, cv::Scalar::all(60));
   paint(image, {175, 118, 30.1, 30.1, 0}, cv::Scalar(40, 60, 60));
   paint(image, {175, 118, 27, 27, 0}, cv::Scalar(10, 20, 200));
+  paint(image, {183, 127, 14, 14, 0}, cv::Scalar(200, 200, 200));  // its bottom, seen from the side
   cv::GaussianBlur(image, image, {}, 0.8);
   Optics optics;
   optics.focal_px = 320;

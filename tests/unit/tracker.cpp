@@ -61,6 +61,29 @@ TEST_CASE("ids survive ellipses that cross each other, in whatever order they ar
   }
 }
 
+TEST_CASE("a cargo whose rim and foot are found by turns is one track, a circle below it another") {
+  Tracker tracker{TrackerSettings{}};
+  const Detection below = circle(320, 240, 60), rim = circle(320, 240, 20, Label::cargo),
+                  foot = circle(320, 230, 15, Label::unknown);
+  TrackerResult result;
+  for (int k = 0; k < 60; ++k)
+    result = tracker.step(k * kFrame_s, kNoImage, {below, k / 5 % 2 == 0 ? rim : foot});
+  REQUIRE(result.tracks.size() == 2);
+  CHECK(track_of(result, 0).id == 1);
+  CHECK(track_of(result, 1).id == 2);
+  CHECK(track_of(result, 1).age_frames == 59);
+
+  // the target keeps its id, though the other one is older
+  result = tracker.step(60 * kFrame_s, kNoImage, {below, rim, foot});
+  const std::int64_t target = track_of(result, 1).id;
+  REQUIRE(target > 2);
+  tracker.follow_id(target);
+  result = tracker.step(61 * kFrame_s, kNoImage, {below, rim, foot});
+  for (int k = 62; k < 70; ++k) result = tracker.step(k * kFrame_s, kNoImage, {below, foot});
+  CHECK(result.target.id == target);
+  CHECK(track_of(result, 1).id == target);
+}
+
 TEST_CASE("one that comes back within its memory keeps its id, one that comes later gets a new one") {
   const double gap_s = GENERATE(0.5, 1.9, 2.2);
   Tracker tracker{TrackerSettings{}};
