@@ -1,6 +1,8 @@
 #include "pose_proc/pose.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "pose_proc/common_error.hpp"
@@ -20,8 +22,8 @@ struct Solving {
 };
 
 std::optional<Solving> solve_alone(const MarkImage& mark, double radius_m, const Pinhole& camera,
-                                   const PoseContext& context, const PoseSettings& settings) {
-  const ExpectedNormal expected = expected_normal(context.gravity, settings);
+                                   const ExpectedNormal& expected, const PoseContext& context,
+                                   const PoseSettings& settings) {
   const auto pair = conic_pose(mark.outer, camera, radius_m, expected);
   if (!pair) return std::nullopt;
   Solving solving{*pair, {}, 0, 0, {}};
@@ -35,7 +37,7 @@ std::optional<Solving> solve_alone(const MarkImage& mark, double radius_m, const
   solving.odds.now =
       std::log(pair->likelihood[0] / pair->likelihood[1]) + solving.ring_log_odds + solving.beam_log_odds;
   if (mark.previous) {
-    solving.odds.before = previous_log_odds(solving.pair.solutions, *mark.previous, settings);
+    solving.odds.before = carried_over(solving.pair.solutions, *mark.previous, settings);
     solving.odds.elapsed_s = mark.previous->elapsed_s;
   }
   return solving;
@@ -69,6 +71,36 @@ std::vector<int> solve_decks(const std::vector<MarkImage>& marks,
   return deck_of;
 }
 
+/// Where the normal of a cargo in this circle is expected: it stands on the deck, if to a few degrees only,
+/// or hangs over it. Nothing where the deck itself may be the other way.
+std::optional<ExpectedNormal> normal_on_deck(const Solving& circle) {
+  constexpr double lean_rad = 3 * std::numbers::pi / 180;
+  constexpr double sure = 0.95;
+  const double p = probability_of(circle.odds);
+  if (std::max(p, 1 - p) < sure) return std::nullopt;
+  const CircleSolution& deck = circle.pair.solutions[p >= 0.5 ? 0 : 1];
+  return ExpectedNormal{deck.normal_camera, deck.normal_covariance_rad2.trace() / 2 + lean_rad * lean_rad};
+}
+
+/// Cargoes within a deck's circles: the deck's normal says more than gravity about theirs.
+void solve_cargoes(const std::vector<MarkImage>& marks, std::vector<std::optional<Solving>>& solving,
+                   const std::vector<int>& deck_of, double radius_m, const Pinhole& camera,
+                   const PoseContext& context, const PoseSettings& settings) {
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (!solving[i] || marks[i].label != Label::cargo) continue;
+    const Ellipse& rim = marks[i].outer.ellipse;
+    for (std::size_t k = 0; k < marks.size(); ++k) {
+      if (deck_of[k] < 0 || normalized_radius_squared(marks[k].outer.ellipse, {rim.u_px, rim.v_px}) > 1)
+        continue;
+      const auto expected = normal_on_deck(*solving[k]);
+      if (!expected) continue;
+      if (auto solved = solve_alone(marks[i], radius_m, camera, *expected, context, settings))
+        solving[i] = std::move(solved);
+      break;
+    }
+  }
+}
+
 void choose(CirclePose& pose, const Solving& solving, bool with_gravity) {
   const double p = probability_of(solving.odds);
   pose.solutions = {{solving.pair.solutions[0], p}, {solving.pair.solutions[1], 1 - p}};
@@ -90,11 +122,12 @@ std::vector<CirclePose> with_radii(const std::vector<MarkImage>& marks, const Po
 void solve_by_conic(std::vector<CirclePose>& poses, const std::vector<MarkImage>& marks,
                     const Pinhole& camera, const PoseContext& context, const PoseSettings& settings) {
   std::vector<std::optional<Solving>> solving(marks.size());
+  const ExpectedNormal expected = expected_normal(context.gravity, settings);
   for (std::size_t i = 0; i < marks.size(); ++i)
     if (poses[i].radius_m > 0)
-      solving[i] = solve_alone(marks[i], poses[i].radius_m, camera, context, settings);
-  const auto deck_of = solve_decks(marks, solving, settings.circle_radius_m, camera,
-                                   expected_normal(context.gravity, settings));
+      solving[i] = solve_alone(marks[i], poses[i].radius_m, camera, expected, context, settings);
+  const auto deck_of = solve_decks(marks, solving, settings.circle_radius_m, camera, expected);
+  solve_cargoes(marks, solving, deck_of, settings.cargo_radius_m, camera, context, settings);
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (!solving[i]) continue;
     choose(poses[i], *solving[i], context.gravity.has_value());

@@ -46,7 +46,12 @@ double continuation(const CircleSolution& now, const Eigen::Vector3d& before, do
 }
 
 double weight_of_now(const LogOdds& odds) {
-  return odds.before ? std::min(1.0, odds.elapsed_s / independent_after_s) : 1;
+  if (!odds.before) return 1;
+  return std::min(1.0, odds.elapsed_s / independent_after_s + 1 - odds.before->share);
+}
+
+double log_odds_before(const LogOdds& odds) {
+  return odds.before ? odds.before->log_odds : 0;
 }
 
 }  // namespace
@@ -63,30 +68,29 @@ double beam_log_odds(const std::array<CircleSolution, 2>& solutions, const BeamR
   return std::log(beam_likelihood(solutions[0], beam) / beam_likelihood(solutions[1], beam));
 }
 
-double previous_log_odds(const std::array<CircleSolution, 2>& solutions, const PreviousChoice& previous,
-                         const PoseSettings& settings) {
+Carried carried_over(const std::array<CircleSolution, 2>& solutions, const PreviousChoice& previous,
+                     const PoseSettings& settings) {
   constexpr double nominal_s = 1.0 / 30;  // which the setting is for
   const double variance_rad2 =
       squared(settings.turn_sigma_deg * rad_per_deg) * std::max(previous.elapsed_s / nominal_s, 1.0);
-  std::array<double, 2> prior{};  // of each solution now
-  for (std::size_t then = 0; then < 2; ++then) {
-    const std::array<double, 2> alike{
-        continuation(solutions[0], previous.normal_camera[then], variance_rad2),
-        continuation(solutions[1], previous.normal_camera[then], variance_rad2)};
-    const double believed = then == 0 ? previous.probability : 1 - previous.probability;
-    for (std::size_t now = 0; now < 2; ++now) prior[now] += believed * alike[now] / (alike[0] + alike[1]);
-  }
-  return std::log(prior[0] / prior[1]);
+  const auto first_now = [&](const Eigen::Vector3d& then) {
+    const double first = continuation(solutions[0], then, variance_rad2),
+                 second = continuation(solutions[1], then, variance_rad2);
+    return first / (first + second);
+  };
+  const std::array<double, 2> first{first_now(previous.normal_camera[0]),
+                                    first_now(previous.normal_camera[1])};
+  const double p = previous.probability * first[0] + (1 - previous.probability) * first[1];
+  return {std::log(p / (1 - p)), std::abs(first[0] - first[1])};
 }
 
 double probability_of(const LogOdds& odds) {
-  const double sum = odds.before.value_or(0) + weight_of_now(odds) * odds.now;
+  const double sum = log_odds_before(odds) + weight_of_now(odds) * odds.now;
   return unforeseen / 2 + (1 - unforeseen) / (1 + std::exp(-sum));
 }
 
 ChosenBy chosen_by(const LogOdds& odds, bool with_gravity) {
-  if (odds.before && std::abs(*odds.before) > std::abs(weight_of_now(odds) * odds.now))
-    return ChosenBy::continuity;
+  if (std::abs(log_odds_before(odds)) > std::abs(weight_of_now(odds) * odds.now)) return ChosenBy::continuity;
   return with_gravity ? ChosenBy::attitude : ChosenBy::optical_axis;
 }
 

@@ -42,24 +42,30 @@ struct PoseContext {
 /// optical axis, since the camera is held roughly level.
 ExpectedNormal expected_normal(const std::optional<Gravity>& gravity, const PoseSettings& settings);
 
-/// Logarithms of first over second. now: what this frame says by itself. before: what was believed, carried
-/// over by the likeness of the normals.
+/// What was believed in the previous frame, carried over by the likeness of the normals.
+struct Carried {
+  double log_odds = 0;  ///< of the first
+  double share =
+      1;  ///< of the belief; 0: the normals of then could be either one now, 1: each is one of them
+};
+
+/// Logarithms of first over second. now: what this frame says by itself.
 struct LogOdds {
   double now = 0;
-  std::optional<double> before;
+  std::optional<Carried> before;
   double elapsed_s = 0;  ///< since `before`
 };
 
 /// log-odds that the beam gives: it hits the circle's plane or anything else, with even chances.
 double beam_log_odds(const std::array<CircleSolution, 2>& solutions, const BeamRange& beam);
 
-/// log-odds that the previous frame gives.
-double previous_log_odds(const std::array<CircleSolution, 2>& solutions, const PreviousChoice& previous,
-                         const PoseSettings& settings);
+/// What the previous frame gives.
+Carried carried_over(const std::array<CircleSolution, 2>& solutions, const PreviousChoice& previous,
+                     const PoseSettings& settings);
 
 /// Probability of the first. Deck tilt and attitude error change slowly, so that the frames of one second
 /// don't say the same thing thirty times: after the first, a frame's own evidence counts by the time that has
-/// gone by.
+/// gone by, and by what of it was not carried over.
 double probability_of(const LogOdds& odds);
 
 /// What of it weighed most.

@@ -186,6 +186,71 @@ TEST_CASE(
   CHECK(surely_wrong == 0);
 }
 
+TEST_CASE(
+    "probabilities come true: after two seconds of frames, where the two solutions are near each other") {
+  std::mt19937 random(29);
+  Calibration calibration;
+  for (int i = 0; i < 15000; ++i) {
+    const PoseSettings settings;
+    const Seen seen = random_circle(settings.deck_tilt_sigma_deg, 5, range(random, 4, 8), random);
+    const double sigma_px = range(random, 0.1, 0.4);
+    const Gravity gravity{-turned(seen.up_camera, settings.attitude_sigma_deg * deg, random), 0};
+    if (theta_of(seen.circle) > 12 * deg) continue;
+    std::optional<PreviousChoice> previous;
+    CirclePose pose;
+    for (int frame = 0; frame < 20; ++frame) {  // 10 Hz; deck and attitude err all the time by the same
+      const auto fit = measured(seen.circle, sigma_px, 0, random);
+      if (!fit) continue;
+      pose = estimate_pose({*fit, {}, Label::circle, previous}, camera, {gravity, {}}, settings);
+      if (pose.solutions.size() < 2) continue;
+      previous =
+          PreviousChoice{{pose.solutions[0].circle.normal_camera, pose.solutions[1].circle.normal_camera},
+                         pose.solutions[0].probability,
+                         0.1};
+    }
+    if (pose.solutions.size() == 2)
+      calibration.add(pose.solutions[0].probability, is_right(pose, seen.circle));
+  }
+  CHECK(calibration.total > 1000);
+  CHECK(calibration.error("two seconds") < 0.05);
+}
+
+TEST_CASE("a cargo leans as the deck that it stands on does, which its circles tell better than gravity") {
+  std::mt19937 random(30);
+  int count = 0, wrong = 0, wrong_alone = 0;
+  Calibration calibration;
+  for (int i = 0; i < 4000; ++i) {
+    PoseSettings settings;
+    const Seen seen = random_circle(6, 20, range(random, 2.5, 6), random);
+    settings.deck_tilt_sigma_deg = 6;
+    const Circle& circle = seen.circle;
+    const Eigen::Vector3d along = circle.normal.unitOrthogonal();
+    Circle other = circle;
+    other.center_m += 1.6 * (Eigen::AngleAxisd(range(random, -3.1, 3.1), circle.normal) * along);
+    const Circle rim{circle.center_m + 0.3 * circle.normal, turned(circle.normal, 1 * deg, random),
+                     settings.cargo_radius_m};
+    if (other.center_m.z() < 1 || theta_of(rim) < 4 * deg) continue;
+    const auto fit = measured(circle, 0.1, 0, random), other_fit = measured(other, 0.1, 0, random),
+               rim_fit = measured(rim, 0.15, 0, random);
+    if (!fit || !other_fit || !rim_fit) continue;
+    const Gravity gravity{-turned(seen.up_camera, 1 * deg, random), 0};
+    const MarkImage cargo{*rim_fit, {}, Label::cargo, {}};
+    const CirclePose alone = estimate_pose(cargo, camera, {gravity, {}}, settings);
+    const auto poses =
+        estimate_poses({cargo, {*fit, {}, Label::circle, {}}, {*other_fit, {}, Label::circle, {}}}, camera,
+                       {gravity, {}}, settings);
+    if (poses[0].solutions.size() < 2 || alone.solutions.size() < 2) continue;
+    ++count;
+    wrong += !is_right(poses[0], rim);
+    wrong_alone += !is_right(alone, rim);
+    calibration.add(poses[0].solutions[0].probability, is_right(poses[0], rim));
+  }
+  INFO(wrong << " wrong, alone " << wrong_alone << ", of " << count);
+  CHECK(count > 1500);
+  CHECK(2 * wrong < wrong_alone);
+  CHECK(calibration.error("cargo on deck") < 0.03);
+}
+
 TEST_CASE("a ring tells by itself which way it leans") {
   std::mt19937 random(25);
   int right = 0, count = 0;

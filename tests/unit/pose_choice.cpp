@@ -73,11 +73,13 @@ TEST_CASE("noise of the normals makes the choice less sure") {
 
 TEST_CASE("the previous frame decides by the likeness of the normals, as far as it was believed") {
   const auto probability = [&](const PreviousChoice& previous) {
-    return probability_of({0, previous_log_odds(both, previous, {}), 1.0 / 30});
+    return probability_of({0, carried_over(both, previous, {}), 1.0 / 30});
   };
   CHECK(probability(believed(6, -19, 0.9)) == Approx(0.9).margin(0.01));
   CHECK(probability(believed(-19, 6, 0.7)) == Approx(0.3).margin(0.01));
   CHECK(probability(believed(-7, -8, 1)) == Approx(0.5).margin(0.2));  // like neither
+  CHECK(carried_over(both, believed(6, -19, 0.9), {}).share > 0.95);
+  CHECK(carried_over(both, believed(-7, -8, 1), {}).share < 0.2);
   PreviousChoice long_ago = believed(6, -19, 0.9);
   long_ago.elapsed_s = 5;
   CHECK(probability(long_ago) < 0.8);
@@ -86,11 +88,13 @@ TEST_CASE("the previous frame decides by the likeness of the normals, as far as 
 
 TEST_CASE("after the first frame evidence counts by the time gone by") {
   const double once = probability_of({1, {}, 0});
-  LogOdds odds{1, 0.0, 1.0 / 30};
-  for (int i = 0; i < 45; ++i) odds.before = std::log(probability_of(odds) / (1 - probability_of(odds)));
+  LogOdds odds{1, Carried{0, 1}, 1.0 / 30};
+  for (int i = 0; i < 45; ++i)
+    odds.before->log_odds = std::log(probability_of(odds) / (1 - probability_of(odds)));
   CHECK(once == Approx(1 / (1 + std::exp(-1.0))).epsilon(1e-3));
-  CHECK(probability_of(odds) == Approx(once).margin(0.01));  // 45 frames: one and a half seconds
-  CHECK(probability_of({40, 40, 1}) < 0.9996);               // never quite sure
+  CHECK(probability_of(odds) == Approx(once).margin(0.01));             // 45 frames: one and a half seconds
+  CHECK(probability_of({1, Carried{0, 0}, 1.0 / 30}) == Approx(once));  // nothing of it was carried over
+  CHECK(probability_of({40, Carried{40, 1}, 1}) < 0.9996);              // never quite sure
 }
 
 TEST_CASE("the beam tells planes apart by their distance along it, and little when it hits something else") {
@@ -109,6 +113,6 @@ TEST_CASE("the beam tells planes apart by their distance along it, and little wh
 TEST_CASE("what weighed most is named") {
   CHECK(chosen_by({2, {}, 0}, true) == ChosenBy::attitude);
   CHECK(chosen_by({2, {}, 0}, false) == ChosenBy::optical_axis);
-  CHECK(chosen_by({2, 1.0, 1.0 / 30}, true) == ChosenBy::continuity);
-  CHECK(chosen_by({200, 1.0, 1.0 / 30}, true) == ChosenBy::attitude);
+  CHECK(chosen_by({2, Carried{1, 1}, 1.0 / 30}, true) == ChosenBy::continuity);
+  CHECK(chosen_by({200, Carried{1, 1}, 1.0 / 30}, true) == ChosenBy::attitude);
 }
