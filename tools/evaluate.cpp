@@ -41,9 +41,9 @@ int run(int argc, char** argv) {
       ->take_all()
       ->allow_extra_args(false);
   app.footer(
-      "Without a configuration the errors that camera and paint share over a flight are taken for those of "
-      "single "
-      "poses. TRUTH is only there in logs of the simulated world.");
+      "Without a configuration the errors that a flight's poses share by camera and paint count as their "
+      "own. "
+      "TRUTH is only there in logs of the simulated world.");
   stevedore::parse_command_line(app, argc, argv, "1 if the log is damaged or nothing in it can be evaluated");
 
   const stevedore::Evaluation evaluation =

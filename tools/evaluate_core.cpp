@@ -13,7 +13,7 @@ namespace stevedore {
 
 Aircraft aircraft_of(const FlownConfiguration& flown) {
   Aircraft aircraft;
-  if (flown.file.empty()) return aircraft;
+  if (flown.file.empty() && flown.settings.empty()) return aircraft;
   const Config config = Config::load(flown.file, flown.settings);
   const auto settings = config.section<PoseSettings>("pose");
   aircraft.laser.from_camera_body_m = {settings.altimeter_forward_m, settings.altimeter_right_m,

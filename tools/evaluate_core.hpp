@@ -12,7 +12,7 @@
 #include "tools/evaluate_log.hpp"
 #include "tools/evaluate_platforms.hpp"
 #include "tools/evaluate_poses.hpp"
-#include "tools/kept_configuration.hpp"
+#include "tools/flown_configuration.hpp"
 
 namespace stevedore {
 
@@ -22,7 +22,7 @@ struct Aircraft {
   std::optional<CommonError> common;  ///< errors that all poses of a flight share
 };
 
-/// Without a file, all at its default. Throws ConfigError.
+/// Nothing told: all at its default. Throws ConfigError.
 Aircraft aircraft_of(const FlownConfiguration& flown);
 
 /// A requirement, and whether the flight met it.

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "runtime/process.hpp"
-#include "tools/kept_configuration.hpp"
+#include "tools/flown_configuration.hpp"
 #include "tools/replay_compare.hpp"
 #include "tools/replay_core.hpp"
 
@@ -89,9 +89,9 @@ class NewLog {
 };
 
 /// What is read must not be what is written.
-void check_output(const Options& o) {
+void check_output(const Options& o, const FlownConfiguration& flown) {
   if (fs::is_directory(o.out)) throw UsageError("--out " + o.out + ": is a folder");
-  for (const std::string& input : {o.log, o.config_file}) {
+  for (const std::string& input : {o.log, flown.file}) {
     std::error_code missing;  // then they are not the same
     if (!input.empty() && fs::equivalent(input, o.out, missing))
       throw UsageError("--out " + o.out + ": is " + input + ", which is read");
@@ -165,7 +165,7 @@ int run(int argc, char** argv) {
   stop_on_signals();
   static_cast<void>(LogReader(o.log));  // says what is wrong with the log before anything else is looked at
   const FlownConfiguration flown = flown_configuration(o.log, o.config_file, o.overrides);
-  check_output(o);
+  check_output(o, flown);
 
   ReplayOptions options;
   options.mode = o.as_flown ? ReplayMode::as_flown : ReplayMode::every_frame;

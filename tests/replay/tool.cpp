@@ -196,6 +196,10 @@ TEST_CASE("the configuration kept beside the log is taken, and --config goes ove
   const auto kept = run_program(replay_it);
   CHECK(kept.status == 0);
   CHECK(says(kept, "2 settings"));
+  const auto over =
+      run_program("$BIN/replay " + folder.file("recording.lcm") + " --out " + folder.file("config.yaml"));
+  CHECK(over.status == 2);
+  CHECK(says(over, "which is read"));
   CHECK(run_program(replay_it + " --set pose.circle_radius_m=2").status == 1);
   CHECK(run_program(replay_it + " --set pose.nonsense=2").status == 2);
   std::ofstream(folder.file("config.yaml")) << "nonsense: 1\n";

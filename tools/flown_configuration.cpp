@@ -1,4 +1,4 @@
-#include "tools/kept_configuration.hpp"
+#include "tools/flown_configuration.hpp"
 
 #include <fmt/format.h>
 
