@@ -101,10 +101,11 @@ void judge_poses(const PoseComparison& poses, Verdicts& verdicts) {
   judge_ranges(poses, Mark::Kind::circle, "circles", verdicts);
   judge_ranges(poses, Mark::Kind::cargo, "cargo rims", verdicts);
   const PoseRow all = row_of("all", poses.samples);
-  verdicts.add(all.judged, percent(all.wrong, all.judged) <= 0.5, "The wrong one of two poses chosen",
+  verdicts.add(all.judged, percent(all.wrong, all.judged) <= 0.5 && all.wrong_above_99 == 0,
+               "The wrong one of two poses chosen",
                fmt::format("{:.2f} % of {}, {} of them with a probability above 0.99",
                            percent(all.wrong, all.judged), all.judged, all.wrong_above_99),
-               "at most 0.5 % from 4 degrees of theta");
+               "at most 0.5 % from 4 degrees of theta, none with a probability above 0.99");
   std::int64_t told = 0;
   for (const ProbabilityBin& bin : poses.probabilities) told += bin.count;
   verdicts.add(told, calibration_error(poses) < 0.02, "Published probability of a pose",
