@@ -484,22 +484,29 @@ bool Carry::is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t uti
   });
 }
 
-/// A circle near where the aircraft took off, and on no platform.
+/// A circle near where the aircraft took off, and on no platform. One that was found and is not seen again
+/// while another one is was none.
 void Carry::look_for_pad(const LevelFrame& frame) {
   const bool homing = record_.phase == Phase::go_home || record_.phase == Phase::land;
   const auto moment = vehicle_.at(frame.utime);
   if (!homing || !home_odometry_m_ || !moment) return;
   constexpr double about_home_m = 6;  // odometry is off by a metre in an hour; after a restart by what GPS is
-  const Eigen::Vector3d expected_m = pad_odometry_m_.value_or(*home_odometry_m_);
-  double nearest_m = pad_odometry_m_ ? 1.0 : about_home_m;
+  constexpr double about_height_m = 4;  // the same, and the aircraft's own height
+  constexpr std::int64_t unseen_us = 1'000'000;
+  const bool known =
+      pad_odometry_m_ && (record_.phase == Phase::land || frame.utime - pad_utime_ < unseen_us);
+  const Eigen::Vector3d expected_m = known ? *pad_odometry_m_ : *home_odometry_m_;
+  double nearest_m = known ? 1.0 : about_home_m;
   for (const LevelMark& mark : frame.marks) {
     if (mark.label != Label::circle) continue;
     const Eigen::Vector3d there_m = odometry_of(mark, *moment);
     const double off_m = (there_m - expected_m).head<2>().norm();
-    if (off_m > nearest_m || is_on_deck(there_m, frame.utime)) continue;
+    if (off_m > nearest_m || std::abs(there_m.z() - home_odometry_m_->z()) > about_height_m ||
+        is_on_deck(there_m, frame.utime))
+      continue;
     nearest_m = off_m;
     pad_odometry_m_ =
-        pad_odometry_m_ ? Eigen::Vector3d(*pad_odometry_m_ + 0.2 * (there_m - *pad_odometry_m_)) : there_m;
+        known ? Eigen::Vector3d(*pad_odometry_m_ + 0.2 * (there_m - *pad_odometry_m_)) : there_m;
     pad_utime_ = frame.utime;
   }
 }

@@ -97,6 +97,7 @@ class Bench {
   [[nodiscard]] Eigen::Vector2d camera_m() const {
     return position_m_.head<2>() + 0.8 * Eigen::Vector2d(std::cos(heading_rad_), std::sin(heading_rad_));
   }
+  [[nodiscard]] Eigen::Vector2d place_m() const { return position_m_.head<2>(); }
   [[nodiscard]] double camera_height_m() const { return -position_m_.z() - 0.25; }
   /// Of the aircraft against where it would be with its hook over the target's circle.
   [[nodiscard]] double hook_over_goal_m() const { return -position_m_.z() - 0.35 - 0.8 - 0.42; }
@@ -503,6 +504,23 @@ TEST_CASE("carry: a platform that tells its height wrongly is not looked for und
       40));
   CHECK(bench.carry().phase() == Phase::search);
   CHECK(lowest_m > 4);
+}
+
+TEST_CASE("carry: a circle that is seen once on the way home is not the pad for good") {
+  CarryRecord homeward = Bench::record(false);
+  homeward.phase = Phase::go_home;
+  homeward.homeward = true;
+  homeward.home_ned_m = {4, 20, -0.5};
+  Bench bench(homeward);
+  const Eigen::Vector3d pad_m(4.5, 20.3, 0);
+  const Eigen::Vector3d false_m = GENERATE(Eigen::Vector3d(8, 20, 0), Eigen::Vector3d(4, 16, 6));
+  CAPTURE(false_m.z());  // on the ground, and far below it: a piece of an edge, taken for a whole circle
+  REQUIRE(bench.run_until([&] { return (bench.place_m() - pad_m.head<2>()).norm() < 6; }));
+  bench.lone_circles_m = {false_m};
+  for (int k = 0; k < 5; ++k) bench.step();
+  bench.lone_circles_m = {pad_m};
+  REQUIRE(bench.run_to(Phase::land));
+  CHECK((bench.place_m() - pad_m.head<2>()).norm() < 0.4);
 }
 
 TEST_CASE("carry: a cargo's place is the mean of what was seen, doubtful sights hardly counting") {
