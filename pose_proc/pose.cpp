@@ -82,23 +82,17 @@ std::optional<ExpectedNormal> normal_on_deck(const Solving& circle) {
   return ExpectedNormal{deck.normal_camera, deck.normal_covariance_rad2.trace() / 2 + lean_rad * lean_rad};
 }
 
-/// Cargoes within a deck's circles: the deck's normal says more than gravity about theirs.
-void solve_cargoes(const std::vector<MarkImage>& marks, std::vector<std::optional<Solving>>& solving,
-                   const std::vector<int>& deck_of, double radius_m, const Pinhole& camera,
-                   const PoseContext& context, const PoseSettings& settings) {
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (!solving[i] || marks[i].label != Label::cargo) continue;
-    const Ellipse& rim = marks[i].outer.ellipse;
-    for (std::size_t k = 0; k < marks.size(); ++k) {
-      if (deck_of[k] < 0 || normalized_radius_squared(marks[k].outer.ellipse, {rim.u_px, rim.v_px}) > 1)
-        continue;
-      const auto expected = normal_on_deck(*solving[k]);
-      if (!expected) continue;
-      if (auto solved = solve_alone(marks[i], radius_m, camera, *expected, context, settings))
-        solving[i] = std::move(solved);
-      break;
-    }
+/// Of a cargo: within a circle of a deck, whose normal says more than gravity, along that.
+ExpectedNormal expected_of_cargo(const MarkImage& cargo, const std::vector<MarkImage>& marks,
+                                 const std::vector<std::optional<Solving>>& solving,
+                                 const std::vector<int>& deck_of, const ExpectedNormal& by_gravity) {
+  const Ellipse& rim = cargo.outer.ellipse;
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    if (deck_of[k] < 0 || normalized_radius_squared(marks[k].outer.ellipse, {rim.u_px, rim.v_px}) > 1)
+      continue;
+    if (const auto on_deck = normal_on_deck(*solving[k])) return *on_deck;
   }
+  return by_gravity;
 }
 
 void choose(CirclePose& pose, const Solving& solving, bool with_gravity) {
@@ -122,12 +116,17 @@ std::vector<CirclePose> with_radii(const std::vector<MarkImage>& marks, const Po
 void solve_by_conic(std::vector<CirclePose>& poses, const std::vector<MarkImage>& marks,
                     const Pinhole& camera, const PoseContext& context, const PoseSettings& settings) {
   std::vector<std::optional<Solving>> solving(marks.size());
-  const ExpectedNormal expected = expected_normal(context.gravity, settings);
-  for (std::size_t i = 0; i < marks.size(); ++i)
+  const ExpectedNormal by_gravity = expected_normal(context.gravity, settings);
+  const auto solve = [&](std::size_t i, const ExpectedNormal& expected) {
     if (poses[i].radius_m > 0)
       solving[i] = solve_alone(marks[i], poses[i].radius_m, camera, expected, context, settings);
-  const auto deck_of = solve_decks(marks, solving, settings.circle_radius_m, camera, expected);
-  solve_cargoes(marks, solving, deck_of, settings.cargo_radius_m, camera, context, settings);
+  };
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].label != Label::cargo) solve(i, by_gravity);
+  const auto deck_of = solve_decks(marks, solving, settings.circle_radius_m, camera, by_gravity);
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].label == Label::cargo)
+      solve(i, expected_of_cargo(marks[i], marks, solving, deck_of, by_gravity));
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (!solving[i]) continue;
     choose(poses[i], *solving[i], context.gravity.has_value());

@@ -41,8 +41,8 @@ int run(int argc, char** argv) {
       ->take_all()
       ->allow_extra_args(false);
   app.footer(
-      "Without a configuration the errors that a flight's poses share by camera and paint count as their "
-      "own. "
+      "Without a configuration errors that camera and paint give to all poses of a flight count as each "
+      "pose's own. "
       "TRUTH is only there in logs of the simulated world.");
   stevedore::parse_command_line(app, argc, argv, "1 if the log is damaged or nothing in it can be evaluated");
 
