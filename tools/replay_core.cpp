@@ -115,6 +115,44 @@ struct IndexEntry {
   std::optional<header_t> header;
 };
 
+/// Each message after what its trace says had been read, and after its publisher's message before it; else as
+/// in the log. On a host with several cores an answer can reach the recorder before its cause does: the
+/// kernel hands a multicast to one socket after another, and who has it answers meanwhile.
+std::vector<IndexEntry> in_causal_order(std::vector<IndexEntry> entries) {
+  std::map<MessageKey, size_t> places;
+  for (size_t i = 0; i < entries.size(); ++i) {
+    if (const auto& header = entries[i].header)
+      places.try_emplace({entries[i].channel, header->trace.run_id, header->seq}, i);
+  }
+  std::vector<char> asked(entries.size()), placed(entries.size());
+  std::vector<IndexEntry> ordered;
+  ordered.reserve(entries.size());
+  std::vector<size_t> waiting;  // each but the first is a cause of the one below it
+  const auto ask_for_cause = [&](size_t answer, const std::string& channel, int64_t run_id, int64_t seq) {
+    const auto cause = places.find({channel, run_id, seq});
+    if (cause != places.end() && cause->second > answer && !asked[cause->second])
+      waiting.push_back(cause->second);
+  };
+  for (size_t i = 0; i < entries.size(); ++i) {
+    waiting.push_back(i);
+    while (!waiting.empty()) {
+      const size_t next = waiting.back();
+      const auto& header = entries[next].header;
+      if (header && !asked[next]) {
+        asked[next] = 1;
+        for (const input_mark_t& mark : header->trace.inputs)
+          ask_for_cause(next, mark.channel, mark.run_id, mark.seq);
+        ask_for_cause(next, entries[next].channel, header->trace.run_id, header->seq - 1);
+        if (waiting.back() != next) continue;
+      }
+      waiting.pop_back();
+      if (!placed[next]) ordered.push_back(std::move(entries[next]));
+      placed[next] = 1;
+    }
+  }
+  return ordered;
+}
+
 uint64_t fnv1a(uint64_t hash, const void* data, size_t size) {  // Fowler, Noll, Vo: FNV-1a, 64 bits
   const auto* bytes = static_cast<const uint8_t*>(data);
   for (size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3;
@@ -134,12 +172,14 @@ class LogIndex {
       std::apply([&](const auto&... channel) { (look_at(*event, channel), ...); }, channels::all);
     }
     damage_ = reader_.damage();
+    entries_ = in_causal_order(std::move(entries_));
     if (readable_ == 0) {
       throw std::runtime_error(
           fmt::format("{}: no message of this system can be read in it ({} are unreadable). {}", path,
                       unreadable_, describe(damage_)));
     }
   }
+  /// In causal order.
   [[nodiscard]] const std::vector<IndexEntry>& entries() const { return entries_; }
   [[nodiscard]] uint64_t hash() const { return hash_; }
   /// run_ids of each process, as far as HEALTH tells.

@@ -2,7 +2,8 @@
 //
 // As flown: every logged output says which inputs its stage had read (header.trace); the stage is given
 // exactly those, in that order, so that it says the same again. Every frame: what is in the log is handed on
-// in the log's order, and each answer runs down the line before the next event.
+// in causal order (the log's, but for answers recorded before their causes), and each answer runs down the
+// line before the next event.
 #pragma once
 
 #include <cstdint>
