@@ -26,7 +26,10 @@ struct StageKind {
   const char* process;
   std::vector<std::string> outputs;
   bool in_the_line;  ///< replayed though the log knows nothing of it; any other only where it flew
-  std::function<std::shared_ptr<void>(const Config&, Bus&, FrameReader&)> make;
+  /// journal: what an earlier run of mission_proc had kept; to the others nothing.
+  std::function<std::shared_ptr<void>(const Config&, Bus&, FrameReader&,
+                                      const std::optional<mission_journal_t>& journal)>
+      make;
 };
 
 const std::vector<StageKind>& stage_kinds() {
@@ -34,34 +37,36 @@ const std::vector<StageKind>& stage_kinds() {
       {"detector_proc",
        {channels::ellipses.name},
        true,
-       [](const Config& config, Bus& bus, FrameReader& frames) {
+       [](const Config& config, Bus& bus, FrameReader& frames, const auto&) {
          return std::make_shared<DetectorStage>(config.section<DetectorSettings>("detector"),
                                                 camera_of(config), bus, frames, Delivery::every);
        }},
       {"tracker_proc",
        {channels::tracks.name},
        true,
-       [](const Config& config, Bus& bus, FrameReader& frames) {
+       [](const Config& config, Bus& bus, FrameReader& frames, const auto&) {
          return std::make_shared<TrackerStage>(config.section<TrackerSettings>("tracker"), camera_of(config),
                                                bus, frames);
        }},
       {"pose_proc",
        {channels::poses.name, channels::platform_estimate.name},
        true,
-       [](const Config& config, Bus& bus, FrameReader&) {
+       [](const Config& config, Bus& bus, FrameReader&, const auto&) {
          return std::make_shared<PoseStage>(config.section<PoseSettings>("pose"), camera_of(config), bus,
                                             config.section<PlatformSettings>("platform"));
        }},
       {"mission_proc",
-       {channels::mission.name, channels::track_command.name},
+       {channels::mission.name, channels::track_command.name, channels::mission_journal.name},
        true,
-       [](const Config& config, Bus& bus, FrameReader&) {
-         return std::make_shared<MissionStage>(config.section<MissionSettings>("mission"), bus);
+       [](const Config& config, Bus& bus, FrameReader&, const auto& journal) {
+         const auto settings = config.section<MissionSettings>("mission");
+         return std::make_shared<MissionStage>(settings, bus,
+                                               settings.journal.empty() ? std::nullopt : journal);
        }},
       {"gimbal_proc",
        {channels::gimbal_command.name, channels::gimbal_level.name},
        false,
-       [](const Config& config, Bus& bus, FrameReader&) {
+       [](const Config& config, Bus& bus, FrameReader&, const auto&) {
          const auto camera = camera_of(config);
          return std::make_shared<GimbalStage>(config.section<GimbalSettings>("gimbal"),
                                               camera ? camera->mount : CameraMount{}, bus);
@@ -100,8 +105,9 @@ struct StageRun {
   FrameReader frames;
   std::shared_ptr<void> stage;
 
-  StageRun(const StageKind& kind, const Config& config, int64_t run_id, ReplayBus::Output output)
-      : bus(run_id, std::move(output)), stage(kind.make(config, bus, frames)) {}
+  StageRun(const StageKind& kind, const Config& config, int64_t run_id,
+           const std::optional<mission_journal_t>& journal, ReplayBus::Output output)
+      : bus(run_id, std::move(output)), stage(kind.make(config, bus, frames, journal)) {}
 };
 
 // ---- the log ----
@@ -308,7 +314,7 @@ class Replay {
     const auto id =
         static_cast<int64_t>(fnv1a(run_id_ + static_cast<uint64_t>(++starts_), kind.process) >> 1);
     running.run = std::make_unique<StageRun>(
-        kind, options_.config, id,
+        kind, options_.config, id, journal_,
         [this, flight_run_id](const std::string& channel, const std::vector<uint8_t>& bytes) {
           on_output(channel, flight_run_id, bytes);
         });
@@ -368,6 +374,8 @@ class Replay {
     bring_up_to(stage, producer->process == std::string("detector_proc"), entry.header->trace);
     // also where an input was missing and nothing was said: the next answer has the flight's number again
     stage.run->bus.set_next_seq(entry.channel, entry.header->seq + 1);
+    if (entry.channel == channels::mission_journal.name)
+      journal_ = decode(index_.load(entry), channels::mission_journal);
   }
 
   /// Hands the stage what it had read when it published, the cause last. newest_frames: it looks at the
@@ -470,9 +478,10 @@ class Replay {
   std::map<std::pair<std::string, int64_t>, std::map<int64_t, size_t>>
       inputs_;  ///< external: channel, run -> seq -> entry
   std::map<std::pair<std::string, int64_t>, int64_t>
-      first_seq_;                            ///< of replayed channels in the log, by the flight's run
-  std::map<MessageKey, size_t> logged_;      ///< outputs of the flight: entry
-  std::map<MessageKey, LogEvent> replayed_;  ///< outputs of the replay, by the flight's numbers
+      first_seq_;                             ///< of replayed channels in the log, by the flight's run
+  std::map<MessageKey, size_t> logged_;       ///< outputs of the flight: entry
+  std::map<MessageKey, LogEvent> replayed_;   ///< outputs of the replay, by the flight's numbers
+  std::optional<mission_journal_t> journal_;  ///< the flight's newest so far
   std::deque<LogEvent> queue_;
   ReplayResult result_;
 };

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,16 +14,17 @@
 #include "lcmtypes/names.hpp"
 #include "tools/deliveries.hpp"
 #include "tools/lock_step.hpp"
+#include "tools/replay_core.hpp"
 
 using namespace stevedore;
 
 namespace {
 
 Config one_cargo(int seed) {
-  return Config::load(
-      std::string(STEVEDORE_SOURCE_DIR) + "/config/world.yaml",
-      {"sim.pilot=mission", "mission.job=carry", "mission.start_at_once=true", "mission.cargoes=1",
-       "sim.cargoes=1", "sim.seed=" + std::to_string(seed), "sim.sea_state=1", "sim.rate_hz=10"});
+  return Config::load(std::string(STEVEDORE_SOURCE_DIR) + "/config/world.yaml",
+                      {"sim.pilot=mission", "mission.job=carry", "mission.start_at_once=true",
+                       "mission.cargoes=1", "mission.journal=kept", "sim.cargoes=1",
+                       "sim.seed=" + std::to_string(seed), "sim.sea_state=1", "sim.rate_hz=10"});
 }
 
 bool hangs(const truth_t& truth) {
@@ -75,6 +77,33 @@ bool fly(LockStep& flight, Killer& killer, std::optional<truth_t>& start) {
   return false;
 }
 
+/// All that mission_proc heard and said, in a log.
+class MissionLog {
+ public:
+  MissionLog()
+      : path_(std::filesystem::temp_directory_path() / ("mission-kills-" + std::to_string(getpid()))) {}
+  ~MissionLog() { std::filesystem::remove(path_); }
+  MissionLog(const MissionLog&) = delete;
+  MissionLog& operator=(const MissionLog&) = delete;
+
+  void begin() { writer_.emplace(path_.string()); }
+  void write(const LogEvent& event) {
+    if (event.channel != channels::frame.name) writer_->write(event);
+  }
+  ReplayResult replayed(const Config& config) {
+    writer_.reset();
+    ReplayOptions options;
+    options.mode = ReplayMode::as_flown;
+    options.stages = {"mission_proc"};
+    options.config = config;
+    return replay(path_.string(), options, [](const LogEvent&) {});
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::optional<LogWriter> writer_;
+};
+
 }  // namespace
 
 TEST_CASE(
@@ -86,8 +115,11 @@ TEST_CASE(
                      mission_t::PHASE_TRANSIT,  mission_t::PHASE_DROP,   mission_t::PHASE_VERIFY_DROP,
                      mission_t::PHASE_RETURN,   mission_t::PHASE_LAND};
   constexpr int first_seed = 4, last_seed = 6;  // of the first four the one that shows most phases
+  MissionLog log;
   for (int seed = first_seed; !left.empty() && seed <= last_seed; ++seed) {
-    LockStep flight(one_cargo(seed), "mission-kills-" + std::to_string(getpid()));
+    log.begin();
+    LockStep flight(one_cargo(seed), "mission-kills-" + std::to_string(getpid()),
+                    [&log](const LogEvent& event) { log.write(event); });
     Killer killer;
     std::optional<truth_t> start;
     if (fly(flight, killer, start)) continue;
@@ -102,6 +134,9 @@ TEST_CASE(
     CHECK(flight.mission().delivered == 1);
     REQUIRE(start);
     CHECK(drop_errors_m(*start, flight.truth()).size() == 1);
+    const ReplayResult replayed = log.replayed(one_cargo(seed));
+    CHECK(replayed.as_flown());  // each run went on from the journal of the one before
+    CHECK(replayed.channels.at(channels::mission_journal.name).equal > 10);
   }
   CHECK(left == std::set<int>());
 }
