@@ -49,21 +49,14 @@ Carry::Carry(const CarrySettings& settings, const std::optional<CarryRecord>& re
   if (!restored) return;
   record_ = *restored;
   record_.phase = resumed(restored->phase);
+  may_have_let_go_ = restored->phase == Phase::drop;
   say(fmt::format("goes on after a restart: {}", name_of(record_.phase)));
 }
 
 // ---- what is told ----
 
 void Carry::hear(const VehicleSample& vehicle) {
-  if (vehicle.utime < utime_ - 1'000'000) {  // another stream: nothing that is known belongs to it
-    vehicle_ = VehicleHistory();
-    decks_.clear();
-    places_ = CargoPlaces();
-    board_.clear();
-    home_odometry_m_.reset();
-    pad_odometry_m_.reset();
-    utime_ = ground_utime_ = 0;
-  }
+  if (vehicle.utime < utime_ - 1'000'000) forget_stream();
   const double passed_s = utime_ > 0 ? std::clamp(seconds(vehicle.utime - utime_), 0.0, 0.2) : 0;
   if (utime_ == 0) phase_utime_ = vehicle.utime;
   utime_ = std::max(utime_, vehicle.utime);
@@ -73,14 +66,57 @@ void Carry::hear(const VehicleSample& vehicle) {
   now_ = vehicle_.at(utime_);
   if (!now_) return;
   velocity_mps_ += std::min(1.0, passed_s / 0.2) * (vehicle.velocity_ned_mps - velocity_mps_);
-  if (!home_odometry_m_ && record_.phase != Phase::idle)
-    home_odometry_m_ = record_.home_ned_m - now_->ned_from_odometry_m;  // after a restart
+  if (!home_odometry_m_ && record_.phase != Phase::idle) {  // after a restart
+    home_odometry_m_ = record_.home_ned_m - now_->ned_from_odometry_m;
+    heading_rad_ = hanging_.heading_rad();
+  }
+  note_silence(passed_s);
   tick();
   guide(passed_s);
 }
 
+/// Another stream: nothing that is known belongs to it, and no time that was noted.
+void Carry::forget_stream() {
+  vehicle_ = VehicleHistory();
+  decks_.clear();
+  places_ = CargoPlaces();
+  board_.clear();
+  home_odometry_m_.reset();
+  pad_odometry_m_.reset();
+  stay_odometry_m_.reset();
+  target_track_.reset();
+  touch_.reset();
+  sighting_.reset();
+  height_m_.reset();
+  last_frame_ = {};
+  for (auto* since :
+       {&aligned_since_, &light_since_, &heavy_since_, &nothing_since_, &closing_since_, &search_utime_})
+    since->reset();
+  utime_ = ground_utime_ = pad_utime_ = level_utime_ = unchanged_since_ = 0;
+  hook_silent_s_ = autopilot_silent_s_ = 0;
+}
+
+/// What a hook said that tells nothing any more is not known. Time in which nobody told anything counts
+/// little.
+void Carry::note_silence(double passed_s) {
+  constexpr double longest_s = 1;  // ten of its messages
+  hook_silent_s_ += passed_s;
+  autopilot_silent_s_ += passed_s;
+  if (!hook_ || hook_silent_s_ <= longest_s) return;
+  hook_.reset();
+  touch_.reset();
+  light_since_.reset();
+  heavy_since_.reset();
+}
+
 void Carry::hear(const HookReport& hook) {
   hook_ = hook;
+  hook_silent_s_ = 0;
+  if (may_have_let_go_ && !hook.closed) {  // killed after the jaws opened, before that was written down
+    record_.phase = Phase::drop;
+    fire(Event::released);
+  }
+  may_have_let_go_ = false;
   if (!hook.closed && !record_.loaded && empty_readings_ < 50) {
     ++empty_readings_;
     empty_load_n_ += (hook.load_n - empty_load_n_) / empty_readings_;
@@ -109,6 +145,7 @@ void Carry::hear_laser(std::int64_t utime, double range_m) {
 
 void Carry::hear(const AutopilotReport& autopilot) {
   autopilot_ = autopilot;
+  autopilot_silent_s_ = 0;
 }
 
 void Carry::hear(const DeckNews& report) {
@@ -218,16 +255,21 @@ void Carry::start() {
   home_odometry_m_ = now_->position_odometry_m;
   heading_rad_ = hanging_.heading_rad();
   record_.home_ned_m = now_->position_odometry_m + now_->ned_from_odometry_m;
+  record_.homeward = false;
   fire(Event::start);
 }
 
 void Carry::hold() {
   fire(Event::hold);
+  if (record_.phase == Phase::hold) say("held by the operator");
 }
 
 void Carry::abort() {
+  if (record_.phase == Phase::idle || record_.phase == Phase::complete) return;
+  if (!record_.homeward) ++record_number_;
   record_.homeward = true;
   fire(Event::abort);
+  if (record_.phase == Phase::abort) say("aborted by the operator: nothing more is carried");
 }
 
 void Carry::resume() {
@@ -235,7 +277,9 @@ void Carry::resume() {
     say("not resumed: the autopilot is not in guided mode");
     return;
   }
+  const Phase before = record_.phase;
   fire(record_.homeward ? Event::resume_home : Event::resume);
+  if (record_.phase != before) say("resumed by the operator");
 }
 
 // ---- one step of time ----
@@ -252,6 +296,11 @@ void Carry::obey_autopilot() {
       autopilot_ && (autopilot_->guided || (autopilot_->lands && record_.phase == Phase::land));
   if (autopilot_ && !obeys && is_in_air(record_.phase)) {
     say("another pilot flies: the autopilot is not in guided mode");
+    fire(Event::other_pilot);
+  }
+  constexpr double silent_s = 3;  // six of its messages
+  if (autopilot_ && autopilot_silent_s_ > silent_s && is_in_air(record_.phase)) {
+    say(fmt::format("the autopilot's mode is not known: it has told none for {:.0f} s", silent_s));
     fire(Event::other_pilot);
   }
   const bool on_the_way = is_in_air(record_.phase) && record_.phase != Phase::go_home &&
@@ -290,6 +339,7 @@ void Carry::fire(Event event) {
   search_utime_.reset();
   sighting_.reset();
   stay_odometry_m_ = now_ ? std::optional(now_->position_odometry_m) : std::nullopt;
+  climbed_m_ = 0;
   height_m_ = has_target_place() ? std::optional(miss().height_m) : std::nullopt;
   rise_mps_ = 0;
 }
@@ -298,9 +348,30 @@ void Carry::fail_target() {
   if (record_.target) ++record_.failures[*record_.target];
 }
 
+void Carry::note_loaded() {
+  record_.loaded = true;
+  if (record_.target) {
+    places_.forget(*record_.target);
+    record_.taken.push_back(*record_.target);
+  }
+  record_.target.reset();
+}
+
+void Carry::note_delivered() {
+  const auto place = record_.target ? places_.at(*record_.target) : std::nullopt;
+  record_.delivered.push_back({record_.target.value_or(SlotId{}), place ? place->offset_m.norm() : -1});
+  record_.target.reset();
+}
+
+/// What was being verified when something else came first: what hangs is a cargo, and what was let go over a
+/// circle stands in it, as far as anybody can tell.
+void Carry::settle() {
+  if (record_.phase == Phase::verify_load && heavy_since_) note_loaded();
+  if (record_.phase == Phase::verify_drop) note_delivered();
+}
+
 /// What an event means for what is remembered.
 void Carry::take_effect(Event event) {
-  const std::optional<SlotId> target = record_.target;
   const bool hands_on = record_.phase == Phase::descend || record_.phase == Phase::load ||
                         record_.phase == Phase::drop || record_.phase == Phase::approach;
   switch (event) {
@@ -308,12 +379,7 @@ void Carry::take_effect(Event event) {
       if (has_target_place()) learn_hook(hook_miss_ned_m(), hanging_.heading_rad());
       break;
     case Event::loaded:
-      record_.loaded = true;
-      if (target) {
-        places_.forget(*target);
-        record_.taken.push_back(*target);
-      }
-      record_.target.reset();
+      note_loaded();
       break;
     case Event::slipped:
       fail_target();
@@ -334,16 +400,19 @@ void Carry::take_effect(Event event) {
       board_.set(Emergency::cargo_lost, true, seconds(utime_), "the hook bears nothing any more");
       if (!hands_on || record_.phase == Phase::approach) ++record_.written_off;
       break;
-    case Event::placed: {
+    case Event::placed:
       learn_from_drop();
-      const auto place = target ? places_.at(*target) : std::nullopt;
-      record_.delivered.push_back({target.value_or(SlotId{}), place ? place->offset_m.norm() : -1});
-      record_.target.reset();
+      note_delivered();
       break;
-    }
     case Event::misplaced:
       ++record_.written_off;
       record_.target.reset();
+      break;
+    case Event::hold:
+    case Event::abort:
+    case Event::must_go_home:
+    case Event::other_pilot:
+      settle();
       break;
     default:
       break;

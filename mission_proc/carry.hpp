@@ -113,6 +113,8 @@ class Carry {
 
   [[nodiscard]] Phase phase() const { return record_.phase; }
   [[nodiscard]] std::int64_t phase_utime() const { return phase_utime_; }
+  /// Of the newest VEHICLE_STATE: action and set-point are of this moment.
+  [[nodiscard]] std::int64_t utime() const { return utime_; }
   [[nodiscard]] Action action() const { return action_; }
   [[nodiscard]] const std::string& reason() const { return reason_; }
   [[nodiscard]] const std::vector<SlotCandidate>& candidates() const { return candidates_; }
@@ -142,6 +144,11 @@ class Carry {
   void fire(Event event);
   void take_effect(Event event);
   void fail_target();
+  void note_loaded();
+  void note_delivered();
+  void settle();
+  void forget_stream();
+  void note_silence(double passed_s);
   void say(std::string reason) { reason_ = std::move(reason); }
 
   // ---- what each phase waits for ----
@@ -158,6 +165,7 @@ class Carry {
   std::optional<Event> look_in_go_home();
   std::optional<Event> look_in_land();
   std::optional<Event> none_left();
+  std::optional<Event> hook_is_silent();
   [[nodiscard]] std::vector<bool> done_slots(const DeckPath& course) const;
   [[nodiscard]] ChoiceInputs choice_inputs(const DeckPath& course) const;
 
@@ -244,8 +252,11 @@ class Carry {
   Hanging hanging_;
   std::map<int, DeckPath> decks_;
   CargoPlaces places_;
-  std::optional<HookReport> hook_;
+  std::optional<HookReport> hook_;  ///< nothing: it has not told of late
+  double hook_silent_s_ = 0;        ///< for so long
   std::optional<AutopilotReport> autopilot_;
+  double autopilot_silent_s_ = 0;
+  bool may_have_let_go_ = false;  ///< restored from the very step, and the hook was not heard yet
   double empty_load_n_ = 0;
   int empty_readings_ = 0;
   std::optional<SlotId> wished_;
@@ -263,6 +274,7 @@ class Carry {
   double rise_mps_ = 0;                        ///< its rate
   std::optional<Goal> goal_;
   std::optional<Eigen::Vector3d> stay_odometry_m_;
+  double climbed_m_ = 0;                                           ///< from there, in this phase
   double heading_rad_ = 0;                                         ///< wanted
   bool closes_jaws_ = false, opens_jaws_ = false, lands_ = false;  ///< in this phase
   std::optional<std::int64_t> closing_since_;  ///< when the jaws were first told to, in this phase

@@ -84,7 +84,8 @@ void Carry::guide(double passed_s) {
   const bool nothing_to_hold =
       !record_.loaded && record_.phase != Phase::load && record_.phase != Phase::verify_load;
   const bool in_charge = action_ != Action::none && action_ != Action::land;
-  if (in_charge && nothing_to_hold && hook_ && hook_->closed) action_ = Action::release;
+  const bool may_hold = hook_ ? hook_->closed : record_.phase == Phase::retry;  // a hook that tells nothing
+  if (in_charge && nothing_to_hold && may_hold) action_ = Action::release;
 }
 
 std::optional<Carry::Goal> Carry::goal(double passed_s) {
@@ -125,7 +126,11 @@ std::optional<Carry::Goal> Carry::goal(double passed_s) {
 }
 
 Carry::Goal Carry::stay(double climb_rate_mps, double passed_s) {
+  constexpr double most_m =
+      5;  // clear of all that stands on a deck; who sees nothing from there climbs in vain
   if (!stay_odometry_m_) stay_odometry_m_ = now_->position_odometry_m;
+  if (climbed_m_ >= most_m) climb_rate_mps = 0;
+  climbed_m_ += climb_rate_mps * passed_s;
   stay_odometry_m_->z() -= climb_rate_mps * passed_s;
   return {*stay_odometry_m_, {0, 0, -climb_rate_mps}, heading_rad_};
 }
@@ -133,6 +138,7 @@ Carry::Goal Carry::stay(double climb_rate_mps, double passed_s) {
 /// The hook over its goal. Lower only while the hook is inside a cone over it and the platform is in sight.
 Carry::Goal Carry::over_target(double wanted_height_m, double rate_mps, double passed_s) {
   if (!has_target_place()) return stay(climb_mps, passed_s);
+  stay_odometry_m_.reset();  // should its place be forgotten: from where the aircraft then is
   const Miss off = miss();
   double height_m = height_m_.value_or(off.height_m);  // after a restart: from where it is
   const bool lowers = wanted_height_m < height_m;

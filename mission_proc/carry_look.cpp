@@ -22,13 +22,15 @@ double longest_s(Phase phase) {
     case Phase::take_off:
       return 30;
     case Phase::search:
-      return 120;
+      return 240;  // five times round on the spiral, and every circle looked at from near by
     case Phase::approach:
       return 45;
     case Phase::descend:
       return 40;
     case Phase::load:
       return 40;  // five times up and down while the spiral goes out; another approach takes 30 s
+    case Phase::verify_load:
+      return 60;  // when the hook tells nothing
     case Phase::transit:
       return 90;
     case Phase::drop:
@@ -181,7 +183,7 @@ std::optional<Event> Carry::look_in_search() {
     if (!nothing_since_) nothing_since_ = utime_;
     if (!all_known && seconds(utime_ - *nothing_since_) < 5) return std::nullopt;
     record_.target = best->slot;
-    wished_.reset();
+    if (wished_ == best->slot) wished_.reset();
     say(fmt::format("{} circle {} of platform {}: {} (cost {:.1f})",
                     record_.loaded ? "drops in" : "loads from", best->slot.slot, best->slot.platform,
                     best->reason, best->cost));
@@ -219,8 +221,15 @@ std::optional<Event> Carry::look_in_approach() {
   return Event::aligned;
 }
 
+/// Nothing is lowered, taken or let go without the hook's word.
+std::optional<Event> Carry::hook_is_silent() {
+  say("the hook tells nothing: goes up again");
+  return Event::blind;
+}
+
 std::optional<Event> Carry::look_in_descend() {
   // one that was set down beside the middle is lifted first
+  if (!hook_) return hook_is_silent();
   const bool lifted = in_phase_s() > 2;
   if (record_.loaded && lifted && light_since_ && seconds(utime_ - *light_since_) > 0.5)
     return Event::cargo_gone;
@@ -244,7 +253,8 @@ std::optional<Event> Carry::look_in_descend() {
 }
 
 std::optional<Event> Carry::look_in_load() {
-  if (hook_ && hook_->closed) {
+  if (!hook_) return hook_is_silent();
+  if (hook_->closed) {
     say("the jaws are closed: lifts");
     return Event::gripped;
   }
@@ -290,7 +300,8 @@ std::optional<Event> Carry::look_in_transit() {
 }
 
 std::optional<Event> Carry::look_in_drop() {
-  if (opens_jaws_ && hook_ && !hook_->closed) {
+  if (!hook_) return hook_is_silent();
+  if (opens_jaws_ && !hook_->closed) {
     say(touch_ ? fmt::format("stands {:.2f} m off the circle's middle: let go",
                              touch_->off_ned_m.head<2>().norm())
                : "let go");
@@ -308,9 +319,9 @@ std::optional<Event> Carry::look_in_drop() {
 std::optional<Event> Carry::look_in_verify_drop() {
   const DeckPath* course = record_.target ? deck(record_.target->platform) : nullptr;
   const auto slot = record_.target ? static_cast<std::size_t>(record_.target->slot) : 0;
-  if (!course || slot >= course->news().slots.size()) return std::nullopt;
-  const SlotReport& report = course->news().slots[slot];
-  const auto cargo = places_.at(*record_.target);
+  const bool circles_known = course && slot < course->news().slots.size();
+  const SlotReport report = circles_known ? course->news().slots[slot] : SlotReport{};
+  const auto cargo = circles_known ? places_.at(*record_.target) : std::nullopt;
   const bool seen_since = report.seen_utime > phase_utime_ + 1'000'000;
   const double waited_s = in_phase_s();
   if (seen_since && cargo && cargo->sightings >= 5 && waited_s > 3) {

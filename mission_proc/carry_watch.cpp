@@ -65,6 +65,12 @@ void Carry::watch_target() {
   board_.set(Emergency::platform_not_found,
              record_.phase == Phase::search && goal_age_s() >= settings_.oldest_s, seconds(utime_),
              fmt::format("platform {} is not in view", goal_platform()));
+  // nothing contradicts any more, nothing is frozen, where nothing comes
+  constexpr double silent_s = 0.3;
+  if (seconds(utime_ - ground_utime_) > silent_s)
+    board_.set(Emergency::altitude_disagrees, false, seconds(utime_), "");
+  if (seconds(utime_ - last_frame_.utime) > 1)
+    board_.set(Emergency::camera_frozen, false, seconds(utime_), "");
   // what happened is over at once, and stays to be read for the time that the board keeps it
   board_.set(Emergency::cargo_lost, false, seconds(utime_), "");
 }

@@ -17,14 +17,19 @@ constexpr double corrected_in_s = 1;
 
 void Hanging::hear(const VehicleSample& vehicle, bool loaded) {
   constexpr double mean_over_s = 3;  // two swings of the rope, a few corrections of the pilot's
-  const bool first = utime_ == 0 || vehicle.utime < utime_ || vehicle.utime - utime_ > 1'000'000;
-  const double passed_s = first ? mean_over_s : static_cast<double>(vehicle.utime - utime_) * 1e-6;
+  constexpr std::int64_t another_stream_us = 1'000'000;
+  constexpr std::int64_t gap_us = 200'000;  // a tenth of a swing: not bridged by one step
+  const std::int64_t passed_us = vehicle.utime - utime_;
+  const bool first = utime_ == 0 || std::abs(passed_us) > another_stream_us;
+  if (!first && passed_us < 0) return;  // late
+  const bool begins_anew = first || passed_us > gap_us;
+  const double passed_s = first ? mean_over_s : static_cast<double>(passed_us) * 1e-6;
   const double share = std::clamp(passed_s / mean_over_s, 0.0, 1.0);
   const Eigen::Matrix3d axes = vehicle.ned_from_body.toRotationMatrix();
   mean_down_ned_ = (mean_down_ned_ + share * (axes.col(2) - mean_down_ned_)).normalized();
   heading_rad_ = std::atan2(axes(1, 0), axes(0, 0));
   utime_ = vehicle.utime;
-  if (first || loaded != loaded_) {
+  if (begins_anew || loaded != loaded_) {
     loaded_ = loaded;
     top_mps_ = weight_mps_ = vehicle.velocity_ned_mps.head<2>();
     weight_m_ = resting_m();

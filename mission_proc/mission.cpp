@@ -95,9 +95,8 @@ void Mission::hear(const CameraHold& level) {
 }
 
 void Mission::see(const View& view) {
-  if (view.time_s < time_s_ - settings_.stale_s)
-    start_clock(view.time_s);  // another log, or the camera's host restarted
-  if (!vision_time_s_) start_clock(view.time_s);
+  // another log, or the camera's host restarted; what is late only is not newer for that
+  if (!vision_time_s_ || view.time_s < *vision_time_s_ - settings_.stale_s) start_clock(view.time_s);
   vision_time_s_ = std::max(*vision_time_s_, view.time_s);
   const bool any = std::any_of(view.marks.begin(), view.marks.end(),
                                [](const Mark& m) { return m.measured && m.label != Label::unknown; });

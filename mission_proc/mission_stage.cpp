@@ -120,7 +120,10 @@ void set_target(mission_t& mission, const pose_t& pose) {
 
 MissionStage::MissionStage(const MissionSettings& settings, Bus& bus,
                            const std::optional<mission_journal_t>& journal, Keep keep)
-    : bus_(bus), mission_(settings), keep_(std::move(keep)) {
+    : bus_(bus),
+      mission_(settings),
+      vehicle_silent_us_(std::llround(settings.vehicle_silent_s * 1e6)),
+      keep_(std::move(keep)) {
   if (settings.job == "carry")
     carry_.emplace(settings.carry, journal ? std::optional(from_message(*journal)) : std::nullopt);
   subscribe_for_watch();
@@ -299,6 +302,11 @@ void MissionStage::publish_mission(const header_t& cause, const poses_t* poses) 
     }
   }
   if (carry_) describe(*carry_, cause.utime, mission);
+  const bool vehicle_silent = carry_ && cause.utime - carry_->utime() > vehicle_silent_us_;
+  if (vehicle_silent && mission.has_setpoint) {  // nobody knows where the aircraft is
+    mission.has_setpoint = false;
+    mission.action = mission_t::ACTION_HOVER;
+  }
   mission_utime_ = cause.utime;
   bus_.publish(channels::mission, mission);
 }

@@ -42,6 +42,7 @@ class MissionStage {
 
   Bus& bus_;
   Mission mission_;
+  const int64_t vehicle_silent_us_;
   std::optional<Carry> carry_;
   std::optional<Wanted> carried_target_;
   Keep keep_;

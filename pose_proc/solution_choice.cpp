@@ -47,7 +47,7 @@ double continuation(const CircleSolution& now, const Eigen::Vector3d& before, do
 
 double weight_of_now(const LogOdds& odds) {
   if (!odds.before) return 1;
-  return std::min(1.0, odds.elapsed_s / independent_after_s + 1 - odds.before->share);
+  return std::min(1.0, std::max(0.0, odds.elapsed_s) / independent_after_s + 1 - odds.before->share);
 }
 
 double log_odds_before(const LogOdds& odds) {

@@ -37,3 +37,8 @@ for name in detector_proc tracker_proc pose_proc mission_proc record; do
 done
 "$bin/report" "$scratch/flight.lcm" --out "$scratch/report" >/dev/null
 check_report "$scratch/report/report.json" 'r["stages"]["tracker_proc"]["lost"] > 0'
+
+echo "a journal that can't be written ends no flight, and is told"
+"$top/run" --seconds 12 --cargoes 1 --report "$scratch/flown" --set mission.journal=/nowhere/journal >"$scratch/run.log" || true
+check_report "$scratch/flown/report.json" 'r["phase"] not in ("idle", "take-off") and r["stages"]["mission_proc"]["restarts"] == 0'
+grep -q 'degraded: a restart would not know of this flight' "$scratch/flown/log/mission_proc.log" || fail "nobody was told"

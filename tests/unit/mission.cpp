@@ -188,6 +188,17 @@ TEST_CASE("time that goes back starts the clock anew") {
   CHECK(has(mission, Emergency::vision_stale));
 }
 
+TEST_CASE("vision that comes late stays stale") {
+  Mission mission{MissionSettings{}};
+  mission.see(view(100, {circle(1, 12)}));
+  mission.tick(100.7);
+  REQUIRE(has(mission, Emergency::vision_stale));
+  mission.see(view(100.1, {circle(1, 12)}));
+  CHECK(has(mission, Emergency::vision_stale));
+  mission.see(view(100.5, {circle(1, 12)}));
+  CHECK_FALSE(has(mission, Emergency::vision_stale));
+}
+
 TEST_CASE("an operator's choice that is not there does not stop the mission, and an abort forgets it") {
   Mission mission{MissionSettings{}};
   mission.choose(77);

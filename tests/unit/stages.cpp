@@ -318,6 +318,30 @@ TEST_CASE("mission stage: silent vision is an emergency, with TIMEOUT or VEHICLE
   CHECK(bus.published_on(channels::mission).back().emergencies.at(0).kind == emergency_t::KIND_VISION_STALE);
 }
 
+TEST_CASE(
+    "mission stage: where the aircraft is silent, no set-point of long ago is told as if it were of now") {
+  MemoryBus bus;
+  MissionSettings settings;
+  settings.job = "carry";
+  settings.carry.start_at_once = true;
+  MissionStage stage(settings, bus);
+  autopilot_status_t status{};
+  status.mode = autopilot_status_t::MODE_GUIDED;
+  status.armed = true;
+  status.battery_share = 1;
+  bus.deliver(channels::autopilot_status, status);
+  bus.deliver(channels::vehicle_state, level_vehicle(1'000'000));
+  bus.deliver(channels::vehicle_state, level_vehicle(1'020'000));
+  bus.deliver(channels::poses, poses_of(1, 5));
+  const auto flown = bus.published_on(channels::mission).back();
+  CHECK(flown.has_setpoint);
+  CHECK(flown.action == mission_t::ACTION_CLIMB);
+  for (int64_t k = 2; k < 30; ++k) bus.deliver(channels::poses, poses_of(k, 5));
+  const auto silent = bus.published_on(channels::mission).back();
+  CHECK_FALSE(silent.has_setpoint);
+  CHECK(silent.action == mission_t::ACTION_HOVER);
+}
+
 TEST_CASE("gimbal stage: each VEHICLE_STATE gives a command and how level the camera is") {
   MemoryBus bus;
   GimbalStage stage(GimbalSettings{}, CameraMount{}, bus);
