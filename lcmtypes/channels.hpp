@@ -1,5 +1,5 @@
 // The one table of channels: name, type, publisher, nominal rate, maximum age, logged or not.
-// Code, docs (`doctor --channels`), the operator's page and the tools read it here.
+// Code, docs (`doctor --channels`) and the tools read it here.
 #pragma once
 
 #include <string>

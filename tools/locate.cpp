@@ -59,7 +59,8 @@ void declare(CLI::App& app, Options& o) {
       "alpha\n"
       "is in radians, clockwise from right. Circles are in the camera frame, in metres.\n"
       "\n"
-      "  locate --camera config/camera.yaml --radius 0.5 --track first --overlay out frames/*.png\n");
+      "  locate --camera config/cameras/world_640x480.yaml --radius 0.5 --track first --overlay out "
+      "frames/*.png\n");
 }
 
 /// N numbers with commas between them.

@@ -17,5 +17,6 @@ g++ -std=c++20 "$scratch/user.cpp" -o "$scratch/user" $(pkg-config --cflags --li
 unzip -l "$(pkg-config --variable=jar stevedore)" 2>/dev/null | grep -q stevedore/frame_t.class ||
   jar tf "$(pkg-config --variable=jar stevedore)" | grep -q stevedore/frame_t.class || fail "no Java types"
 "$scratch/usr/bin/locate" --help >/dev/null
+[ -f "$scratch/usr/share/stevedore/config/aircraft.yaml" ] || fail "no configuration to begin with"
 "$scratch/usr/bin/doctor" --channels | grep -q FRAME
 ls "$(pkg-config --variable=types stevedore)/frame_t.lcm" >/dev/null

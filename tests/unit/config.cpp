@@ -6,6 +6,17 @@
 #include <filesystem>
 #include <fstream>
 
+#include "camera_proc/source.hpp"
+#include "detector_proc/detector_settings.hpp"
+#include "gimbal_proc/gimbal.hpp"
+#include "mission_proc/mission.hpp"
+#include "platform/platform_settings.hpp"
+#include "pose_proc/pose_settings.hpp"
+#include "runtime/camera_file.hpp"
+#include "sim_proc/sim_stage.hpp"
+#include "tools/record_settings.hpp"
+#include "tracker_proc/tracker.hpp"
+
 using namespace stevedore;
 using Catch::Matchers::Contains;
 
@@ -97,4 +108,26 @@ TEST_CASE("what is wrong is said with file, line and key") {
   CHECK_THROWS_WITH(read("detectro:\n  gate_px: 4\n"), Contains(":1: detectro: is not a section"));
   CHECK_THROWS_WITH(read("detector: [\n"), Contains(":"));
   CHECK_THROWS_AS(Config::load("/nowhere/at/all.yaml"), ConfigError);
+}
+
+TEST_CASE(
+    "every configuration that is shipped names settings that there are, and a camera file that is read") {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(STEVEDORE_SOURCE_DIR "/config")) {
+    if (entry.path().extension() != ".yaml") continue;
+    INFO(entry.path());
+    const Config config = Config::load(entry.path());
+    CHECK_NOTHROW(camera_of(config));
+    CHECK_NOTHROW(config.section<CameraSettings>("camera"));
+    CHECK_NOTHROW(config.section<DetectorSettings>("detector"));
+    CHECK_NOTHROW(config.section<TrackerSettings>("tracker"));
+    CHECK_NOTHROW(config.section<PoseSettings>("pose"));
+    CHECK_NOTHROW(config.section<PlatformSettings>("platform"));
+    CHECK_NOTHROW(config.section<MissionSettings>("mission"));
+    CHECK_NOTHROW(config.section<GimbalSettings>("gimbal"));
+    CHECK_NOTHROW(config.section<SimSettings>("sim"));
+    CHECK_NOTHROW(config.section<RecordSettings>("record"));
+    ++files;
+  }
+  CHECK(files >= 4);
 }
