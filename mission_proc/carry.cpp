@@ -79,6 +79,7 @@ void Carry::hear(const VehicleSample& vehicle) {
 void Carry::forget_stream() {
   vehicle_ = VehicleHistory();
   decks_.clear();
+  numbered_.clear();
   places_ = CargoPlaces();
   board_.clear();
   home_odometry_m_.reset();
@@ -151,34 +152,45 @@ void Carry::hear(const AutopilotReport& autopilot) {
 void Carry::hear(const DeckNews& report) {
   const auto moment = vehicle_.at(report.utime);
   if (!moment || report.knots.empty()) return;
-  forget_circles_elsewhere(report);
-  decks_.insert_or_assign(report.platform, DeckPath(report, *moment));
+  const DeckPath course(report, *moment);
+  if (!report.slots.empty()) {
+    follow_numbers(course, report.utime);
+    numbered_.insert_or_assign(report.platform, course);
+  }
+  decks_.insert_or_assign(report.platform, course);
 }
 
-/// When circles get other numbers, what is remembered of them by number is of others, and the target's number
-/// is another one.
-void Carry::forget_circles_elsewhere(const DeckNews& report) {
-  const auto moment = vehicle_.at(report.utime);
-  const DeckPath* before = deck(report.platform);
-  if (!before || before->news().slots.empty() || report.slots.empty()) return;
+/// When a platform's circles get other numbers, what is remembered by number goes along by place; what stands
+/// in them is looked at again.
+void Carry::follow_numbers(const DeckPath& after, std::int64_t utime) {
   constexpr double elsewhere_m = 0.5;  // half of what two circles are apart at least
-  const DeckPath after(report, *moment);
-  const auto place = [&](const DeckPath& course, std::size_t slot) {
-    return Eigen::Vector2d(course.point(course.place_of(slot), 0, report.utime).position_m.head<2>());
+  const int platform = after.news().platform;
+  const auto found = numbered_.find(platform);
+  if (found == numbered_.end()) return;
+  const DeckPath& before = found->second;
+  const auto place = [utime](const DeckPath& course, std::size_t slot) {
+    return Eigen::Vector2d(course.point(course.place_of(slot), 0, utime).position_m.head<2>());
   };
-  if (before->news().slots.size() == report.slots.size() &&
-      (place(*before, 0) - place(after, 0)).norm() < elsewhere_m)
+  const std::size_t count = after.news().slots.size();
+  if (before.news().slots.size() == count && (place(before, 0) - place(after, 0)).norm() < elsewhere_m)
     return;
-  places_.forget_platform(report.platform);
-  auto& target = record_.target;
-  if (!target || target->platform != report.platform) return;
-  const auto old_slot = static_cast<std::size_t>(target->slot);
-  if (old_slot >= before->news().slots.size()) return;
-  for (std::size_t slot = 0; slot < report.slots.size(); ++slot) {
-    if ((place(after, slot) - place(*before, old_slot)).norm() > elsewhere_m) continue;
-    target->slot = static_cast<int>(slot);
-    return;
-  }
+  places_.forget_platform(platform);
+  const auto renumbered = [&](SlotId id) {
+    const auto old_slot = static_cast<std::size_t>(id.slot);
+    if (id.platform != platform || old_slot >= before.news().slots.size()) return id;
+    for (std::size_t slot = 0; slot < count; ++slot)
+      if ((place(after, slot) - place(before, old_slot)).norm() < elsewhere_m)
+        return SlotId{platform, static_cast<int>(slot)};
+    return id;
+  };
+  for (auto* id : {&record_.target, &kept_, &wished_})
+    if (*id) *id = renumbered(**id);
+  for (DeliveredCargo& cargo : record_.delivered) cargo.slot = renumbered(cargo.slot);
+  for (SlotId& id : record_.taken) id = renumbered(id);
+  std::map<SlotId, int> failures;
+  for (const auto& [id, times] : record_.failures) failures[renumbered(id)] += times;
+  record_.failures = std::move(failures);
+  ++record_number_;
 }
 
 /// How far beside their places the deck's circles are seen in a frame, per metre of depth: an error of

@@ -205,7 +205,7 @@ class Carry {
   /// A cargo that was taken hold of stays low for a while: what slips off then falls onto its base.
   [[nodiscard]] bool tries_hold() const;
   [[nodiscard]] bool may_let_go(const Miss& off) const;
-  void forget_circles_elsewhere(const DeckNews& report);
+  void follow_numbers(const DeckPath& after, std::int64_t utime);
   [[nodiscard]] bool is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t utime,
                                 std::optional<int> but = std::nullopt) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> turned_by(const DeckPath& course, const LevelFrame& frame,
@@ -251,6 +251,7 @@ class Carry {
       Eigen::Vector3d::Zero();  ///< of the aircraft, smoothed over a fifth of a second
   Hanging hanging_;
   std::map<int, DeckPath> decks_;
+  std::map<int, DeckPath> numbered_;  ///< the newest of each whose circles were known
   CargoPlaces places_;
   std::optional<HookReport> hook_;  ///< nothing: it has not told of late
   double hook_silent_s_ = 0;        ///< for so long

@@ -117,6 +117,7 @@ class Bench {
   bool in_view = true, numbers_certain = true, frozen = false, circles_known = true;
   bool hook_tells = true, laser_tells = true, autopilot_tells = true, guided = true;
   double battery_share = 1;
+  int renumbered = 0;                                   ///< circles are told under numbers so much lower
   Eigen::Vector3d gps_off_m = Eigen::Vector3d::Zero();  ///< of the place that the aircraft tells
   double laser_off_m = 0;
   bool all_empty = false, none_free = false;
@@ -155,13 +156,13 @@ class Bench {
         continue;
       }
       for (int slot = 0; slot < 4 && circles_known; ++slot) {
-        const bool is_told = !told_within_m || (camera_m() - circle_m(platform, slot).head<2>()).norm() < 0.3;
+        SlotReport report;
+        report.center_ned_m = circle_m(platform, (slot + renumbered) % 4);
+        const bool is_told = !told_within_m || (camera_m() - report.center_ned_m.head<2>()).norm() < 0.3;
         const bool is_near = -position_m_.z() < told_within_m.value_or(1e9);
         const bool stands_here = platform == 0 && (is_told && is_near) && !all_empty;
         const bool looks_full = platform == 1 && none_free;
         const bool occupied = stands_here || looks_full || (!closed_ && carry_.phase() == Phase::verify_drop);
-        SlotReport report;
-        report.center_ned_m = circle_m(platform, slot);
         report.condition = occupied ? SlotCondition::occupied : SlotCondition::empty;
         report.confidence = 1;
         report.seen_utime = utime;

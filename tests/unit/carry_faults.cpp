@@ -1,5 +1,6 @@
 // What comes between the steps of the carrying: an operator, another pilot, silence, a restart.
 #include <catch2/catch.hpp>
+#include <map>
 
 #include "tests/support/carry_bench.hpp"
 
@@ -219,6 +220,31 @@ TEST_CASE("carry: a circle wished for is kept while a cargo is fetched for it") 
   REQUIRE(bench.run_until([&] { return bench.carry().record().loaded; }, 40));
   REQUIRE(bench.run_to(Phase::approach));
   CHECK(bench.carry().record().target == SlotId{1, 3});
+}
+
+TEST_CASE("carry: circles that get other numbers keep what was done in them") {
+  CarryRecord record = Bench::record(true);
+  record.delivered = {{{1, 2}, 0.1}};
+  record.taken = {{0, 3}};
+  record.failures = {{{1, 3}, 2}, {{0, 1}, 1}};
+  Bench bench(record);
+  bench.told().wish({1, 1});
+  bench.run(1);
+  const bool forgotten_between = GENERATE(false, true);
+  if (forgotten_between) {
+    bench.circles_known = false;
+    bench.run(1);
+    bench.circles_known = true;
+  }
+  const auto number = bench.carry().record_number();
+  bench.renumbered = 1;
+  bench.run(0.2);
+  CHECK(bench.carry().record().delivered.front().slot == SlotId{1, 1});
+  CHECK(bench.carry().record().taken.front() == SlotId{0, 2});
+  CHECK(bench.carry().record().failures == std::map<SlotId, int>{{{1, 2}, 2}, {{0, 0}, 1}});
+  CHECK(bench.carry().record_number() > number);
+  REQUIRE(bench.run_to(Phase::approach));
+  CHECK(bench.carry().record().target == SlotId{1, 0});  // the wish, under its new number
 }
 
 TEST_CASE("carry: a platform that is never found is not looked for until the battery is empty") {
