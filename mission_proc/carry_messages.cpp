@@ -197,8 +197,11 @@ void describe(const Carry& carry, std::int64_t utime, mission_t& mission) {
   mission.candidate_count = static_cast<std::int16_t>(mission.candidates.size());
   if (const auto target = carry.target(utime)) set_target(*target, mission);
   if (const auto setpoint = carry.setpoint()) {
+    // what is wanted at the newest VEHICLE_STATE's time, taken back to this message's: an autopilot takes it
+    // on from there
+    const double passed_s = static_cast<double>(carry.utime() - utime) * 1e-6;
     mission.has_setpoint = true;
-    put(setpoint->position_ned_m, mission.setpoint_ned_m);
+    put(setpoint->position_ned_m - passed_s * setpoint->velocity_ned_mps, mission.setpoint_ned_m);
     put(setpoint->velocity_ned_mps, mission.setpoint_velocity_ned_mps);
     mission.setpoint_heading_rad = setpoint->heading_rad;
   }

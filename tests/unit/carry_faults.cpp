@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 
+#include "mission_proc/carry_messages.hpp"
 #include "tests/support/carry_bench.hpp"
 
 using namespace stevedore;
@@ -245,6 +246,19 @@ TEST_CASE("carry: circles that get other numbers keep what was done in them") {
   CHECK(bench.carry().record_number() > number);
   REQUIRE(bench.run_to(Phase::approach));
   CHECK(bench.carry().record().target == SlotId{1, 0});  // the wish, under its new number
+}
+
+TEST_CASE("carry: the set-point that is told with a frame is that of the frame's time") {
+  Bench bench(false);
+  REQUIRE(bench.run_to(Phase::descend));
+  bench.run(1);
+  const auto setpoint = bench.carry().setpoint().value();
+  REQUIRE(setpoint.velocity_ned_mps.norm() > 0.2);
+  constexpr double before_s = 0.06;
+  mission_t told{};
+  describe(bench.carry(), bench.carry().utime() - static_cast<std::int64_t>(before_s * 1e6), told);
+  const Eigen::Map<const Eigen::Vector3d> place_m(told.setpoint_ned_m);
+  CHECK((place_m + before_s * setpoint.velocity_ned_mps - setpoint.position_ned_m).norm() < 1e-9);
 }
 
 TEST_CASE("carry: a platform that is never found is not looked for until the battery is empty") {
