@@ -160,35 +160,44 @@ void Carry::hear(const DeckNews& report) {
   decks_.insert_or_assign(report.platform, course);
 }
 
-/// When a platform's circles get other numbers, what is remembered by number goes along by place; what stands
-/// in them is looked at again.
+/// When a platform's circles get other numbers, what is remembered by number goes along with the circle: told
+/// by where it lies about the deck's middle, since all of a deck may be found elsewhere than it was thought
+/// to be.
 void Carry::follow_numbers(const DeckPath& after, std::int64_t utime) {
   constexpr double elsewhere_m = 0.5;  // half of what two circles are apart at least
   const int platform = after.news().platform;
   const auto found = numbered_.find(platform);
   if (found == numbered_.end()) return;
   const DeckPath& before = found->second;
-  const auto place = [utime](const DeckPath& course, std::size_t slot) {
-    return Eigen::Vector2d(course.point(course.place_of(slot), 0, utime).position_m.head<2>());
+  const auto about_middle = [utime](const DeckPath& course, std::size_t slot) {
+    return ned_from_deck(course.place_of(slot), course.heading_rad(utime));
   };
-  const std::size_t count = after.news().slots.size();
-  if (before.news().slots.size() == count && (place(before, 0) - place(after, 0)).norm() < elsewhere_m)
-    return;
-  places_.forget_platform(platform);
-  const auto renumbered = [&](SlotId id) {
-    const auto old_slot = static_cast<std::size_t>(id.slot);
-    if (id.platform != platform || old_slot >= before.news().slots.size()) return id;
+  const std::size_t old_count = before.news().slots.size(), count = after.news().slots.size();
+  std::map<SlotId, SlotId> renumbered;
+  for (std::size_t old_slot = 0; old_slot < old_count; ++old_slot)
     for (std::size_t slot = 0; slot < count; ++slot)
-      if ((place(after, slot) - place(before, old_slot)).norm() < elsewhere_m)
-        return SlotId{platform, static_cast<int>(slot)};
-    return id;
+      if ((about_middle(after, slot) - about_middle(before, old_slot)).norm() < elsewhere_m &&
+          slot != old_slot)
+        renumbered[{platform, static_cast<int>(old_slot)}] = {platform, static_cast<int>(slot)};
+  const auto place = [utime](const DeckPath& course) {
+    return Eigen::Vector2d(course.point(course.place_of(0), 0, utime).position_m.head<2>());
+  };
+  if (old_count != count || (place(before) - place(after)).norm() >= elsewhere_m)
+    places_.forget_platform(platform);  // what stands there is looked at again
+  if (!renumbered.empty()) renumber(renumbered);
+}
+
+void Carry::renumber(const std::map<SlotId, SlotId>& renumbered) {
+  const auto now = [&renumbered](SlotId id) {
+    const auto found = renumbered.find(id);
+    return found == renumbered.end() ? id : found->second;
   };
   for (auto* id : {&record_.target, &kept_, &wished_})
-    if (*id) *id = renumbered(**id);
-  for (DeliveredCargo& cargo : record_.delivered) cargo.slot = renumbered(cargo.slot);
-  for (SlotId& id : record_.taken) id = renumbered(id);
+    if (*id) *id = now(**id);
+  for (DeliveredCargo& cargo : record_.delivered) cargo.slot = now(cargo.slot);
+  for (SlotId& id : record_.taken) id = now(id);
   std::map<SlotId, int> failures;
-  for (const auto& [id, times] : record_.failures) failures[renumbered(id)] += times;
+  for (const auto& [id, times] : record_.failures) failures[now(id)] += times;
   record_.failures = std::move(failures);
   ++record_number_;
 }

@@ -206,6 +206,7 @@ class Carry {
   [[nodiscard]] bool tries_hold() const;
   [[nodiscard]] bool may_let_go(const Miss& off) const;
   void follow_numbers(const DeckPath& after, std::int64_t utime);
+  void renumber(const std::map<SlotId, SlotId>& renumbered);
   [[nodiscard]] bool is_on_deck(const Eigen::Vector3d& point_odometry_m, std::int64_t utime,
                                 std::optional<int> but = std::nullopt) const;
   [[nodiscard]] std::optional<Eigen::Vector2d> turned_by(const DeckPath& course, const LevelFrame& frame,

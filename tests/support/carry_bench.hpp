@@ -117,8 +117,9 @@ class Bench {
   bool in_view = true, numbers_certain = true, frozen = false, circles_known = true;
   bool hook_tells = true, laser_tells = true, autopilot_tells = true, guided = true;
   double battery_share = 1;
-  int renumbered = 0;                                   ///< circles are told under numbers so much lower
-  Eigen::Vector3d gps_off_m = Eigen::Vector3d::Zero();  ///< of the place that the aircraft tells
+  int renumbered = 0;                                     ///< circles are told under numbers so much lower
+  Eigen::Vector3d decks_off_m = Eigen::Vector3d::Zero();  ///< where they are told to be from where they are
+  Eigen::Vector3d gps_off_m = Eigen::Vector3d::Zero();    ///< of the place that the aircraft tells
   double laser_off_m = 0;
   bool all_empty = false, none_free = false;
   std::optional<double> second_told_low_m;  ///< the second platform is never seen, and told to be that low
@@ -145,7 +146,8 @@ class Bench {
       DeckNews news;
       news.platform = platform;
       news.utime = news.seen_utime = utime;
-      const Eigen::Vector3d middle_m(10.0 * platform, 0, 0), still = Eigen::Vector3d::Zero(), up(0, 0, -1);
+      const Eigen::Vector3d middle_m = Eigen::Vector3d(10.0 * platform, 0, 0) + decks_off_m;
+      const Eigen::Vector3d still = Eigen::Vector3d::Zero(), up(0, 0, -1);
       news.identity_certain = numbers_certain;
       news.knots = {{0, middle_m, still, up, true}, {1, middle_m, still, up, true}};
       if (platform == 1 && second_told_low_m) {
@@ -157,7 +159,7 @@ class Bench {
       }
       for (int slot = 0; slot < 4 && circles_known; ++slot) {
         SlotReport report;
-        report.center_ned_m = circle_m(platform, (slot + renumbered) % 4);
+        report.center_ned_m = circle_m(platform, (slot + renumbered) % 4) + decks_off_m;
         const bool is_told = !told_within_m || (camera_m() - report.center_ned_m.head<2>()).norm() < 0.3;
         const bool is_near = -position_m_.z() < told_within_m.value_or(1e9);
         const bool stands_here = platform == 0 && (is_told && is_near) && !all_empty;

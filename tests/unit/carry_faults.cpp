@@ -261,6 +261,17 @@ TEST_CASE("carry: the set-point that is told with a frame is that of the frame's
   CHECK((place_m + before_s * setpoint.velocity_ned_mps - setpoint.position_ned_m).norm() < 1e-9);
 }
 
+TEST_CASE("carry: a deck that is found elsewhere than it was thought to be keeps its numbers") {
+  CarryRecord record = Bench::record(true);
+  record.delivered = {{{1, 2}, 0.1}, {{1, 3}, 0.1}};
+  Bench bench(record);
+  bench.run(1);
+  bench.decks_off_m = {2, 0, 0};  // as far as two circles are apart
+  bench.run(1);
+  CHECK(bench.carry().record().delivered[0].slot == SlotId{1, 2});
+  CHECK(bench.carry().record().delivered[1].slot == SlotId{1, 3});
+}
+
 TEST_CASE("carry: a platform that is never found is not looked for until the battery is empty") {
   Bench bench(false);
   bench.in_view = false;
