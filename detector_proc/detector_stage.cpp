@@ -1,6 +1,7 @@
 #include "detector_proc/detector_stage.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lcmtypes/convert.hpp"
 #include "runtime/frame_loss.hpp"
@@ -18,6 +19,17 @@ constexpr size_t most_regions = 8;
 /// Three frames at 30 Hz: further ahead a mark has left its neighbourhood.
 constexpr double longest_prediction_s = 0.1;
 
+/// Two that were expected near each other can be found in one and the same edge.
+bool has(const std::vector<Detection>& found, const Detection& mark) {
+  constexpr double same = 0.1;  // of the semi-minor axis: a ring's edges are a fifth of it apart
+  const Ellipse& m = mark.outer.ellipse;
+  return std::any_of(found.begin(), found.end(), [&m](const Detection& other) {
+    const Ellipse& o = other.outer.ellipse;
+    return std::hypot(o.u_px - m.u_px, o.v_px - m.v_px) < same * m.b_px &&
+           std::abs(o.a_px - m.a_px) < same * m.b_px && std::abs(o.b_px - m.b_px) < same * m.b_px;
+  });
+}
+
 }  // namespace
 
 DetectorStage::DetectorStage(const DetectorSettings& settings, const std::optional<CameraModel>& camera,
@@ -33,7 +45,8 @@ DetectorStage::DetectorStage(const DetectorSettings& settings, const std::option
 std::optional<std::vector<Detection>> DetectorStage::search_regions(const frame_t& frame,
                                                                     const cv::Mat& image) const {
   if (!tracks_ || tracks_->header.frame_seq >= frame.header.frame_seq) return std::nullopt;
-  if (frame.header.frame_seq % settings_.full_every_frames == 0) return std::nullopt;
+  const int64_t since_whole = frame.header.frame_seq - whole_frame_seq_;
+  if (since_whole < 0 || since_whole >= settings_.full_every_frames) return std::nullopt;
   const double ahead_s = static_cast<double>(frame.header.utime - tracks_->header.utime) * 1e-6;
   if (ahead_s <= 0 || ahead_s > longest_prediction_s) return std::nullopt;
   std::vector<Detection> found;
@@ -44,7 +57,7 @@ std::optional<std::vector<Detection>> DetectorStage::search_regions(const frame_
     expected.outer.ellipse.u_px += track.velocity_u_pxps * ahead_s;
     expected.outer.ellipse.v_px += track.velocity_v_pxps * ahead_s;
     auto mark = detector_.detect_near(image, expected);
-    if (!mark) return std::nullopt;
+    if (!mark || has(found, *mark)) return std::nullopt;
     found.push_back(std::move(*mark));
   }
   if (found.empty()) return std::nullopt;
@@ -67,6 +80,7 @@ void DetectorStage::on_frame(const frame_t& frame) {
   ellipses.search = ellipses_t::SEARCH_FULL;
   ellipses.method = settings_.method;
   const auto near = search_regions(frame, image.pixels);
+  if (!near) whole_frame_seq_ = frame.header.frame_seq;
   if (near) {
     ellipses.search = ellipses_t::SEARCH_REGION;
     ellipses.tracks_frame_seq = tracks_->header.frame_seq;

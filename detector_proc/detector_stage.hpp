@@ -28,6 +28,7 @@ class DetectorStage {
   const DetectorSettings settings_;
   Detector detector_;
   std::optional<tracks_t> tracks_;  ///< the newest
+  int64_t whole_frame_seq_ = -1;    ///< of the frame that was last searched as a whole
 };
 
 }  // namespace stevedore

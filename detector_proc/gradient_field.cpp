@@ -84,11 +84,9 @@ void clear_border(cv::Mat& magnitude) {
 }  // namespace
 
 void compute_gradient(const cv::Mat& image, GradientField& field) {
-  if (image.channels() == 3) {
-    cv::cvtColor(image, field.grey, cv::COLOR_BGR2GRAY);
-  } else {
-    field.grey = image;
-  }
+  const bool has_colour = image.channels() == 3;
+  if (has_colour) cv::cvtColor(image, field.grey, cv::COLOR_BGR2GRAY);
+  const cv::Mat& grey = has_colour ? field.grey : image;
   const int width = image.cols, height = image.rows;
   field.gradient.create(height, width, CV_16SC2);
   field.magnitude.create(height, width, CV_16UC1);
@@ -96,7 +94,7 @@ void compute_gradient(const cv::Mat& image, GradientField& field) {
   for (int v = 0; v < height; ++v) {
     std::array<const uchar*, 5> rows{};
     for (int k = -reach; k <= reach; ++k) {
-      rows[static_cast<std::size_t>(k + reach)] = field.grey.ptr(std::clamp(v + k, 0, height - 1));
+      rows[static_cast<std::size_t>(k + reach)] = grey.ptr(std::clamp(v + k, 0, height - 1));
     }
     filter_columns(rows, width, smooth.data() + reach, derived.data() + reach);
     extend(smooth.data() + reach, width);

@@ -10,7 +10,7 @@ namespace stevedore {
 /// about one pixel. A sharp step of n grey levels reads step_response * n. Rows and columns beyond the border
 /// repeat the outermost ones.
 struct GradientField {
-  cv::Mat grey;       ///< CV_8UC1
+  cv::Mat grey;       ///< CV_8UC1, of the last frame in colour
   cv::Mat gradient;   ///< CV_16SC2: (d/du, d/dv), towards the bright side
   cv::Mat magnitude;  ///< CV_16UC1: octagonal, within 4 % of Euclid's; 0 on the outermost pixels
 

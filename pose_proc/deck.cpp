@@ -143,11 +143,16 @@ std::optional<Deck> best_deck(const std::vector<LoneCircle>& circles, const std:
     for (std::size_t side = 0; side < 2; ++side)
       all.push_back(hypothesis_of(circles, left, i, side, expected));
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  const auto best = solve(circles, left.size(), all.front(), expected);
+  // circles that don't fit together after all must not keep others from it
+  constexpr std::size_t most_tried = 8;
+  std::optional<Solved> best;
+  auto tried = all.begin();
+  for (const auto end = all.begin() + static_cast<std::ptrdiff_t>(std::min(most_tried, all.size()));
+       tried != end; ++tried)
+    if ((best = solve(circles, left.size(), *tried, expected))) break;
   if (!best) return std::nullopt;
   Deck deck = deck_of(*best);
-  const auto rival =
-      std::find_if(all.begin(), all.end(), [&](const Hypothesis& h) { return contrary(h, all.front()); });
+  const auto rival = std::find_if(tried, all.end(), [&](const Hypothesis& h) { return contrary(h, *tried); });
   if (rival == all.end()) {
     deck.log_odds = against_mirrored(circles, *best) / 2;
     return deck;
@@ -155,7 +160,7 @@ std::optional<Deck> best_deck(const std::vector<LoneCircle>& circles, const std:
   const auto other = solve(circles, left.size(), *rival, expected);
   if (!other) {
     // no plane of its own: what the circles said before they were fitted together is compared with the same
-    deck.log_odds = (rival->cost - all.front().cost) / 2;
+    deck.log_odds = (rival->cost - tried->cost) / 2;
     return deck;
   }
   if (other->cost < best->cost) {

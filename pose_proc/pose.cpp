@@ -43,20 +43,32 @@ std::optional<Solving> solve_alone(const MarkImage& mark, double radius_m, const
   return solving;
 }
 
+/// Circles that were measured, of very many those of which most is seen: no deck has so many, and planes are
+/// looked for among all of them, through each.
+std::vector<std::size_t> deck_circles(const std::vector<MarkImage>& marks,
+                                      const std::vector<std::optional<Solving>>& solving) {
+  constexpr std::size_t most = 24;
+  std::vector<std::size_t> circles;
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (solving[i] && marks[i].label == Label::circle && marks[i].measured) circles.push_back(i);
+  if (circles.size() <= most) return circles;
+  std::stable_sort(circles.begin(), circles.end(),
+                   [&](std::size_t a, std::size_t b) { return marks[a].coverage > marks[b].coverage; });
+  circles.resize(most);
+  return circles;
+}
+
 /// Circles that agree on a plane get what it says. Returns each mark's deck, -1 for none.
 std::vector<int> solve_decks(const std::vector<MarkImage>& marks,
                              std::vector<std::optional<Solving>>& solving, double radius_m,
                              const Pinhole& camera, const ExpectedNormal& expected) {
   std::vector<LoneCircle> circles;
-  std::vector<std::size_t> mark_of;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (!solving[i] || marks[i].label != Label::circle) continue;
+  const std::vector<std::size_t> mark_of = deck_circles(marks, solving);
+  for (const std::size_t i : mark_of)
     circles.push_back({solving[i]->pair.solutions,
                        {edge_image(marks[i].outer, camera), solving[i]->inner, radius_m, {}},
                        solving[i]->ring_log_odds,
                        solving[i]->beam_log_odds});
-    mark_of.push_back(i);
-  }
   std::vector<int> deck_of(marks.size(), -1);
   int number = 0;
   for (const Deck& deck : find_decks(circles, expected)) {
@@ -144,8 +156,8 @@ void revise_labels(std::vector<CirclePose>& poses, const std::vector<MarkImage>&
     const CircleSolution& chosen = poses[i].solutions.front().circle;
     // a lone circle's normal is known less well than where decks are level
     circles.push_back({chosen.center_camera_m,
-                       poses[i].deck >= 0 ? chosen.normal_camera : expected.normal_camera, marks[i].coverage,
-                       marks[i].holds_cargo});
+                       poses[i].deck >= 0 ? chosen.normal_camera : expected.normal_camera,
+                       marks[i].measured ? marks[i].coverage : 0, marks[i].measured && marks[i].holds_cargo});
     mark_of.push_back(i);
   }
   const std::vector<bool> have = have_marks_size(circles);

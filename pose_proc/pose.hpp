@@ -42,6 +42,7 @@ struct MarkImage {
   std::optional<PreviousChoice> previous;
   double coverage = 1;       ///< share of the outer edge that was found
   bool holds_cargo = false;  ///< of a circle: a cargo's rim was found in it
+  bool measured = true;  ///< false: where the tracker thinks it is; it gets a pose and has no say in others'
 };
 
 /// The radius a label stands for; nothing for unknown.

@@ -161,9 +161,10 @@ std::vector<CirclePose> PoseStage::estimates_of(const tracks_t& tracks,
   for (const track_t& track : tracks.tracks) {
     const Detection detection = from_message(track.ellipse);
     std::optional<EllipseFit> inner;
-    if (detection.inner && track.ellipse_index >= 0) inner = detection.inner;  // measured, not predicted
+    const bool measured = track.ellipse_index >= 0;
+    if (detection.inner && measured) inner = detection.inner;
     marks.push_back({detection.outer, inner, detection.label, previous_of(track.id, utime, world_from_camera),
-                     detection.coverage, detection.occupied.value_or(false)});
+                     detection.coverage, detection.occupied.value_or(false), measured});
   }
   PoseContext surroundings;
   if (attitude) {

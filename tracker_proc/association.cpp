@@ -88,13 +88,16 @@ double form_distance(const Ellipse& one, const Ellipse& other) {
   return std::sqrt(std::max(0.0, p.trace() + q.trace() - 2 * common));
 }
 
+double form_sigma(double unseen_s) {
+  return kFormSigma + kFormSigmaPerSecond * unseen_s;
+}
+
 double log_likeness(const Expected& expected, const Found& found) {
   const Ellipse& e = expected.ellipse;
   const double growth = found.measurement.log_radius - std::log(e.a_px * e.b_px) / 2;
   double sum =
       log_size_likeness(growth, expected.log_radius_variance + found.measurement.log_radius_variance);
-  const double form =
-      form_distance(e, found.ellipse) / (kFormSigma + kFormSigmaPerSecond * expected.unseen_s);
+  const double form = form_distance(e, found.ellipse) / form_sigma(expected.unseen_s);
   sum -= form * form / 2;
   if (expected.label != Label::unknown && found.label != Label::unknown && expected.label != found.label)
     sum += std::log(kWrongLabel);

@@ -41,6 +41,9 @@ std::optional<double> inner_edge_of(const Detection& detection);
 /// does not matter.
 double form_distance(const Ellipse& one, const Ellipse& other);
 
+/// How far in that sense a mark may have turned that was measured so long ago.
+double form_sigma(double unseen_s);
+
 /// Log likelihood of size, form, label and ring, 0 for equal ones. It never speaks for a pair: marks come in
 /// sets that look alike, so that looking alike tells the same mark from a sibling not at all.
 double log_likeness(const Expected& expected, const Found& found);

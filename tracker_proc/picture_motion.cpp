@@ -45,6 +45,8 @@ double correlation(const cv::Mat& before, const cv::Mat& now, const cv::Point& s
 
 std::optional<PictureShift> PictureMotion::shift_to(const cv::Mat& image) {
   if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) return std::nullopt;
+  const int small_height = image.rows * kSmallWidthPx / image.cols;
+  if (small_height < 2 || small_height > 10 * kSmallWidthPx) return std::nullopt;  // a strip
   const cv::Mat before = before_;
   before_ = small_of(image);
   if (before.size() != before_.size()) return std::nullopt;

@@ -279,8 +279,12 @@ double Tracker::advance_clock(double time_s) {
   const double dt_s = time_s_ ? time_s - *time_s_ : 0;
   time_s_ = time_s;
   if (dt_s >= 0) return dt_s;
-  for (Followed& followed : followed_)
+  for (Followed& followed : followed_) {
     followed.motion.forget_velocity(kFirstVelocity_radiips * followed.motion.radius_px());
+    followed.since_s = std::min(followed.since_s, time_s);
+    followed.seen_s = std::min(followed.seen_s, time_s);
+  }
+  sure_s_ = std::min(sure_s_, time_s);
   common_ = CommonMotion(kFirstTurn_radps * focal_px_);
   picture_pxps_.reset();
   return 0;
@@ -316,7 +320,13 @@ void Tracker::predict(double dt_s, const FrameView& view) {
     track.age_frames += 1;
     track.status = TrackStatus::predicted;
   }
+  // a motion in common tells a mark that is yet to come nothing
+  if (followed_.empty()) common_ = CommonMotion(kFirstTurn_radps * focal_px_);
   common_.predict(dt_s, settings_.camera_unrest_radps * focal_px_ * (view.turn ? kUnrestLeft : 1));
+  if (view.turn) {  // the next picture that is asked is not the next one
+    picture_ = PictureMotion();
+    picture_pxps_.reset();
+  }
 }
 
 double Tracker::memory_s(const Followed& followed) const {
@@ -583,9 +593,11 @@ void Tracker::describe_tracks() {
     covariance.setZero();
     covariance.topLeftCorner<2, 2>() =
         followed.motion.centre_covariance_px2() + common_.variance_px2() * Eigen::Matrix2d::Identity();
-    covariance(2, 2) = e.a_px * e.a_px * relative;
-    covariance(3, 3) = e.b_px * e.b_px * relative;
-    covariance(2, 3) = covariance(3, 2) = e.a_px * e.b_px * relative;
+    // in common their size; against each other their form: half of a distance squared each
+    const double form = std::pow(form_sigma(track.unseen_s), 2) / 2;
+    covariance(2, 2) = e.a_px * e.a_px * (relative + form);
+    covariance(3, 3) = e.b_px * e.b_px * (relative + form);
+    covariance(2, 3) = covariance(3, 2) = e.a_px * e.b_px * (relative - form);
     covariance(4, 4) = std::numbers::pi * std::numbers::pi / 12;  // of an angle that may be any
   }
 }

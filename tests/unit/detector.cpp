@@ -504,3 +504,12 @@ TEST_CASE("part of a larger image is an image: rows need not follow each other i
   REQUIRE(found.size() == 1);
   check_near(found[0].outer.ellipse, {120, 90, 60, 35, 0.5}, 0.02);
 }
+
+TEST_CASE("the detector writes into no image that it was given") {
+  const Detector detector{DetectorSettings{}};
+  const cv::Mat grey = disc_scene({160, 120, 50, 30, 0.4}), before = grey.clone();
+  cv::Mat colour(grey.size(), CV_8UC3, cv::Scalar(10, 200, 90));
+  (void)detector.detect(grey);
+  (void)detector.detect(colour);
+  CHECK(cv::countNonZero(grey != before) == 0);
+}

@@ -1,9 +1,14 @@
 #include "pose_proc/pose.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <string>
+#include <vector>
+
+#include "tests/support/measured_circle.hpp"
 
 using namespace stevedore;
 
@@ -136,4 +141,68 @@ TEST_CASE("a smaller round thing among circles loses its label, and says why") {
   CHECK(poses[2].label == Label::unknown);
   CHECK(poses[2].solutions.empty());
   CHECK(poses[2].reason == NoPose::another_size);
+}
+
+namespace {
+
+/// Circles in a row on a deck that leans, as they are measured.
+std::vector<MarkImage> row_on_deck(int count) {
+  constexpr double sigma_px = 0.1;
+  std::mt19937 random(1);
+  const Circle middle = circle_at(camera, 320, 240, 4, 0.35, 0.5);
+  std::vector<MarkImage> marks;
+  for (int i = 0; i < count; ++i) {
+    Circle circle = middle;
+    circle.center_m += 4.4 / count * (i - 0.5 * (count - 1)) * middle.normal.unitOrthogonal();
+    const Ellipse e = image_of(camera, circle).value();
+    marks.push_back(mark(fitted(edge_points(e, sigma_px, 0, random), e, sigma_px).value(), Label::circle));
+  }
+  return marks;
+}
+
+/// Three circles of a deck, and one that the tracker only thinks is there.
+std::vector<MarkImage> three_and_predicted(double predicted_size) {
+  std::vector<MarkImage> marks = row_on_deck(4);
+  MarkImage& predicted = marks[3];
+  predicted.measured = false;
+  Ellipse& e = predicted.outer.ellipse;
+  e.a_px *= predicted_size, e.b_px *= predicted_size;
+  predicted.outer.covariance.setZero();
+  predicted.outer.covariance.diagonal() << 25, 25, 0.01 * e.a_px * e.a_px, 0.01 * e.b_px * e.b_px, 0.8;
+  predicted.outer.covariance(2, 3) = predicted.outer.covariance(3, 2) = 0.01 * e.a_px * e.b_px;
+  return marks;
+}
+
+}  // namespace
+
+TEST_CASE("a mark that is only predicted has no say about those that are measured") {
+  SECTION("what size circles have") {
+    std::vector<MarkImage> marks = three_and_predicted(1.2);
+    marks.erase(marks.begin(), marks.begin() + 2);
+    const auto poses = estimate_poses(marks, camera, {}, {});
+    CHECK(poses[0].label == Label::circle);
+    CHECK(poses[0].solutions.size() == 2);
+  }
+  SECTION("what plane they lie on") {
+    const auto poses = estimate_poses(three_and_predicted(1.0), camera, {}, {});
+    auto alone = three_and_predicted(1.0);
+    alone.pop_back();
+    const auto without = estimate_poses(alone, camera, {}, {});
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(poses[i].deck == 0);
+      CHECK(poses[i].solutions[0].circle.center_camera_m == without[i].solutions[0].circle.center_camera_m);
+    }
+    CHECK(poses[3].deck == -1);
+    CHECK(poses[3].solutions.size() == 2);
+  }
+}
+
+TEST_CASE("of very many circles those of which most is seen tell the deck") {
+  std::vector<MarkImage> marks = row_on_deck(30);
+  for (std::size_t i = 0; i < 6; ++i) marks[5 * i].coverage = 0.8;
+  const auto poses = estimate_poses(marks, camera, {}, {});
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    CHECK(poses[i].deck == (i % 5 == 0 ? -1 : 0));
+    CHECK(poses[i].solutions.size() == 2);
+  }
 }

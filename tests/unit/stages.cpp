@@ -185,8 +185,24 @@ TEST_CASE(
   const ellipses_t fourth = step(4);
   CHECK(fourth.search == ellipses_t::SEARCH_FULL);
   CHECK(fourth.ellipses.size() == first.ellipses.size());
-  tell(fourth, 9);
-  CHECK(step(10).search == ellipses_t::SEARCH_FULL);
+  // every second frame is skipped: whole again after ten all the same, whatever their numbers
+  ellipses_t newest = fourth;
+  for (int k = 6; k < 14; k += 2) {
+    tell(newest, k - 2);
+    newest = step(k);
+    CHECK(newest.search == ellipses_t::SEARCH_REGION);
+  }
+  tell(newest, 12);
+  newest = step(14);
+  CHECK(newest.search == ellipses_t::SEARCH_FULL);
+  ellipses_t twice = newest;
+  twice.ellipses.push_back(twice.ellipses[0]);
+  twice.ellipses.back().outer.u_px += 2;
+  ++twice.count;
+  tell(twice, 14);  // two expected where there is one
+  newest = step(15);
+  CHECK(newest.search == ellipses_t::SEARCH_FULL);
+  CHECK(newest.ellipses.size() == first.ellipses.size());
 }
 
 TEST_CASE("tracker stage: a restarted tracker takes the target up where it was last seen, whatever its id") {

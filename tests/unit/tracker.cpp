@@ -1,5 +1,6 @@
 #include "tracker_proc/tracker.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -278,4 +279,45 @@ TEST_CASE("hundreds of detections, then none for long, then again") {
   CHECK(result.tracks.empty());
   result = tracker.step(k * kFrame_s, kNoImage, many);
   CHECK(track_of(result, 0).id == 401);
+}
+
+TEST_CASE("a lone mark is followed however long there was nothing to see before") {
+  FrameView view;
+  view.size = {640, 480};
+  if (GENERATE(false, true)) view.turn = Eigen::Matrix3d::Identity();
+  Tracker tracker{TrackerSettings{}};
+  int k = 0;
+  for (; k < 600; ++k) tracker.step(k * kFrame_s, kNoImage, {}, view);
+  for (; k < 610; ++k) {
+    const auto result = tracker.step(k * kFrame_s, kNoImage, {circle(300, 200 + 0.5 * k)}, view);
+    REQUIRE(result.tracks.size() == 1);
+    CHECK(result.tracks[0].id == 1);
+  }
+}
+
+TEST_CASE("the doubt about a mark that is not seen has no direction without doubt") {
+  Tracker tracker{TrackerSettings{}};
+  Detection oblique = circle(300, 200);
+  oblique.outer.ellipse.b_px = 9;
+  int k = 0;
+  for (; k < 10; ++k) tracker.step(k * kFrame_s, kNoImage, {oblique, circle(100, 100)});
+  for (; k < 13; ++k) {
+    for (const Track& track : tracker.step(k * kFrame_s, kNoImage, {}).tracks) {
+      const Ellipse& e = track.detection.outer.ellipse;
+      EllipseCovariance relative = track.detection.outer.covariance;
+      relative.row(2) /= e.a_px, relative.col(2) /= e.a_px;
+      relative.row(3) /= e.b_px, relative.col(3) /= e.b_px;
+      const Eigen::SelfAdjointEigenSolver<EllipseCovariance> axes(relative);
+      CHECK(axes.eigenvalues().minCoeff() > 1e-4);  // a hundredth of size or form
+    }
+  }
+}
+
+TEST_CASE("strips of an image are followed by motion alone") {
+  for (const cv::Size size : {cv::Size(640, 8), cv::Size(1, 5000), cv::Size(640, 2)}) {
+    Tracker tracker{TrackerSettings{}};
+    for (int k = 0; k < 4; ++k)
+      CHECK(tracker.step(k * kFrame_s, cv::Mat(size, CV_8UC1, cv::Scalar(7)), {circle(3, 3, 2)})
+                .tracks.size() == 1);
+  }
 }

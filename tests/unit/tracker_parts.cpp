@@ -11,6 +11,7 @@
 #include "tracker_proc/common_motion.hpp"
 #include "tracker_proc/picture_motion.hpp"
 #include "tracker_proc/surroundings.hpp"
+#include "tracker_proc/tracker.hpp"
 
 using namespace stevedore;
 
@@ -172,4 +173,22 @@ TEST_CASE("common motion: a row of equal marks whose ends are out of view could 
   motion.predict(0.1, 100);
   const CommonShift shift = motion.find(expected, found, {640, 480}, 0.1);
   CHECK(std::count(shift.ambiguous.begin(), shift.ambiguous.end(), true) == 4);
+}
+
+TEST_CASE("the picture of minutes ago tells no motion of this frame") {
+  constexpr double frame_s = 1.0 / 30;
+  FrameView told, not_told;
+  told.turn = Eigen::Matrix3d::Identity();
+  const cv::Mat ground = texture(6);
+  Detection mark;
+  mark.outer.ellipse = {320, 240, 20, 20, 0};
+  mark.label = Label::circle;
+  Tracker tracker{TrackerSettings{}};
+  int k = 0;
+  for (; k < 3; ++k) tracker.step(k * frame_s, ground, {mark}, not_told);
+  for (; k < 60; ++k) tracker.step(k * frame_s, moved(ground, k, 0), {mark}, told);
+  for (; k < 70; ++k) tracker.step(k * frame_s, moved(ground, 60, 0), {}, told);  // it is hidden
+  const auto result = tracker.step(k * frame_s, moved(ground, 60, 0), {}, not_told);
+  REQUIRE(result.tracks.size() == 1);
+  CHECK(std::abs(result.tracks[0].detection.outer.ellipse.u_px - 320) < 10);
 }
