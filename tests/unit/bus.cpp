@@ -96,6 +96,48 @@ TEST_CASE("a corrupt message is counted and dropped, never handed out") {
   CHECK(handled == 1);
 }
 
+TEST_CASE("finite numbers that nothing here can have are refused") {
+  vehicle_state_t state{};
+  state.ned_from_body[0] = 1;
+  state.position_ned_m[0] = 1e6;  // an origin far away
+  state.velocity_ned_mps[1] = -300;
+  state.angular_rate_body_radps[2] = 30;
+  CHECK_FALSE(fault_of(state));
+  const auto refused = [](auto message, double& (*field)(decltype(message)&), double largest) {
+    for (const double sign : {-1.0, 1.0}) {
+      field(message) = sign * largest;
+      CHECK_FALSE(fault_of(message));
+      for (const double absurd : {2 * largest, 1e305, std::numeric_limits<double>::quiet_NaN()}) {
+        field(message) = sign * absurd;
+        CHECK(fault_of(message));
+      }
+    }
+  };
+  using State = vehicle_state_t;
+  refused(
+      state, +[](State& m) -> double& { return m.position_ned_m[2]; }, 1e7);
+  refused(
+      state, +[](State& m) -> double& { return m.velocity_ned_mps[0]; }, 1e3);
+  refused(
+      state, +[](State& m) -> double& { return m.angular_rate_body_radps[1]; }, 100);
+  using Platform = platform_state_t;
+  refused(
+      Platform{}, +[](Platform& m) -> double& { return m.position_ned_m[0]; }, 1e7);
+  refused(
+      Platform{}, +[](Platform& m) -> double& { return m.velocity_ned_mps[1]; }, 1e3);
+  refused(
+      Platform{}, +[](Platform& m) -> double& { return m.heading_rad; }, 1e3);
+  mission_t mission{};
+  mission.phase = mission_t::PHASE_IDLE;
+  mission.target_status = track_t::STATUS_SEARCHING;
+  refused(
+      mission, +[](mission_t& m) -> double& { return m.setpoint_ned_m[1]; }, 1e7);
+  refused(
+      mission, +[](mission_t& m) -> double& { return m.setpoint_velocity_ned_mps[2]; }, 1e3);
+  refused(
+      mission, +[](mission_t& m) -> double& { return m.setpoint_heading_rad; }, 1e3);
+}
+
 TEST_CASE("a refused message whose header can be read is lost once, as malformed") {
   MemoryBus receiver;
   receiver.subscribe<hook_state_t>(channels::hook_state, [](const hook_state_t&) {});
