@@ -4,6 +4,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "runtime/frame_codec.hpp"
+#include "runtime/lcm_bus.hpp"
+
 using namespace stevedore;
 
 namespace {
@@ -277,4 +280,10 @@ TEST_CASE("the time of what is heard is the others', not this host's") {
   bus.deliver(channels::hook_state, hook());  // captured at 900
   bus.now += 250;
   CHECK(bus.stream_utime() == 1150);
+}
+
+TEST_CASE("what the bus' sockets ask the kernel for is said by its address") {
+  CHECK(asked_receive_buffer(default_lcm_url) == 2'097'152);
+  CHECK(asked_receive_buffer("udpm://239.255.76.67:7667?recv_buf_size=300000&ttl=0") == 300'000);
+  CHECK(asked_receive_buffer("udpm://239.255.76.67:7667?ttl=0") == granted_receive_buffer(0));
 }
