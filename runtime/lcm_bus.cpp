@@ -35,6 +35,7 @@ size_t asked_receive_buffer(const std::string& url) {
 
 LcmBus::LcmBus(const std::string& url)
     : Bus(draw_run_id()),
+      url_(url),
       receive_buffer_bytes_(asked_receive_buffer(url)),
       lcm_(std::make_unique<::lcm::LCM>(url)) {
   if (!lcm_->good()) {

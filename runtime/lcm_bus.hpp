@@ -32,6 +32,7 @@ class LcmBus final : public Bus {
 
   /// us, CLOCK_MONOTONIC.
   [[nodiscard]] int64_t now_utime() const override;
+  [[nodiscard]] const std::string& url() const { return url_; }
   /// recv_buf_size of the URL, or the kernel's default.
   [[nodiscard]] size_t receive_buffer_bytes() const override { return receive_buffer_bytes_; }
 
@@ -40,6 +41,7 @@ class LcmBus final : public Bus {
   void listen(const std::string& channel) override;
   static void on_message(const ::lcm::ReceiveBuffer* buffer, const std::string& channel, LcmBus* bus);
 
+  const std::string url_;
   const size_t receive_buffer_bytes_;
   std::unique_ptr<::lcm::LCM> lcm_;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "runtime/frame_codec.hpp"
+#include "runtime/kernel.hpp"
 #include "runtime/lcm_bus.hpp"
 
 using namespace stevedore;
@@ -286,4 +287,13 @@ TEST_CASE("what the bus' sockets ask the kernel for is said by its address") {
   CHECK(asked_receive_buffer(default_lcm_url) == 2'097'152);
   CHECK(asked_receive_buffer("udpm://239.255.76.67:7667?recv_buf_size=300000&ttl=0") == 300'000);
   CHECK(asked_receive_buffer("udpm://239.255.76.67:7667?ttl=0") == granted_receive_buffer(0));
+}
+
+TEST_CASE("two buses in one network have names of their own in shared memory") {
+  const std::string other = "udpm://239.255.76.68:7668?ttl=0";
+  const std::string name = name_in_this_network("camera", default_lcm_url);
+  CHECK(name != name_in_this_network("camera", other));
+  CHECK(name == name_in_this_network("camera", default_lcm_url));  // who comes back finds its own
+  CHECK(name.starts_with(name_in_this_network("camera")));
+  CHECK(name.size() <= 64);  // FrameRing
 }
