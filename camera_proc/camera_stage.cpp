@@ -86,7 +86,7 @@ void CameraStage::send(const CameraFrame& frame) {
   frame_t message{};
   message.header.utime = frame.capture_utime;
   message.header.frame_seq = frame_seq_++;
-  refusal_ = output_.put(rectify(frame.pixels, maps_), message);
+  refusal_ = output_.put(rectify(frame.pixels, maps_), message, bus_.receive_buffer_bytes());
   if (refusal_) {
     ++refused_;
     return;

@@ -68,11 +68,11 @@ void Gimbal::start_clock(double time_s) {
 
 void Gimbal::smooth_gravity(const AttitudeReading& attitude, std::optional<double> since_s) {
   const Eigen::Vector3d seen = attitude.ned_from_body.conjugate() * Eigen::Vector3d::UnitZ();
-  if (!since_s) {
+  const Eigen::Vector3d expected = carried(gravity_body_, attitude.rate_body_radps, since_s.value_or(0));
+  if (!since_s || !expected.allFinite()) {  // what is no number would stay one for good
     gravity_body_ = seen;
     return;
   }
-  const Eigen::Vector3d expected = carried(gravity_body_, attitude.rate_body_radps, *since_s);
   const double trust = *since_s >= settings_.smoothing_s ? 1 : *since_s / settings_.smoothing_s;
   gravity_body_ = (expected + trust * (seen - expected)).normalized();
 }

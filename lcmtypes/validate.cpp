@@ -30,6 +30,11 @@ class Check {
   Check& range(const char* field, double value, double lowest, double highest) {
     return require(value >= lowest && value <= highest, field, "is out of range");  // false for NaN
   }
+  template <std::size_t N>
+  Check& within(const char* field, const double (&values)[N], double largest) {
+    for (const double value : values) range(field, value, -largest, largest);
+    return *this;
+  }
   template <std::size_t Size>
   Check& unit(const char* field, const double (&v)[Size]) {
     double squares = 0;
@@ -59,6 +64,11 @@ class Check {
 constexpr double most_marks = 2000;
 
 constexpr double largest_frame_px = 32767;  // int16_t
+
+/// Far beyond what anything here does, and far below what a flipped bit of an exponent makes of a number:
+/// one such value would stay in a filter for good.
+constexpr double largest_position_m = 1e7, largest_velocity_mps = 1e3, largest_rate_radps = 100,
+                 largest_heading_rad = 1e3;
 
 void check_shape(Check& check, const ellipse_shape_t& e) {
   check.finite("u_px", e.u_px).finite("v_px", e.v_px).finite("a_px", e.a_px).finite("alpha_rad", e.alpha_rad);
@@ -199,9 +209,9 @@ std::optional<std::string> fault_of(const mission_t& m) {
       .covariance("target_ned_covariance_m2", m.target_ned_covariance_m2);
   check.finite("target_velocity_ned_mps", m.target_velocity_ned_mps)
       .range("target_age_s", m.target_age_s, -1, 1e9);
-  check.finite("setpoint_ned_m", m.setpoint_ned_m)
-      .finite("setpoint_velocity_ned_mps", m.setpoint_velocity_ned_mps)
-      .finite("setpoint_heading_rad", m.setpoint_heading_rad);
+  check.within("setpoint_ned_m", m.setpoint_ned_m, largest_position_m)
+      .within("setpoint_velocity_ned_mps", m.setpoint_velocity_ned_mps, largest_velocity_mps)
+      .range("setpoint_heading_rad", m.setpoint_heading_rad, -largest_heading_rad, largest_heading_rad);
   return check.fault();
 }
 
@@ -231,8 +241,10 @@ std::optional<std::string> fault_of(const mission_command_t& m) {
 
 std::optional<std::string> fault_of(const vehicle_state_t& m) {
   Check check(m.header);
-  check.finite("position_ned_m", m.position_ned_m).finite("velocity_ned_mps", m.velocity_ned_mps);
-  check.unit("ned_from_body", m.ned_from_body).finite("angular_rate_body_radps", m.angular_rate_body_radps);
+  check.within("position_ned_m", m.position_ned_m, largest_position_m)
+      .within("velocity_ned_mps", m.velocity_ned_mps, largest_velocity_mps);
+  check.unit("ned_from_body", m.ned_from_body)
+      .within("angular_rate_body_radps", m.angular_rate_body_radps, largest_rate_radps);
   for (int i = 0; i < 3; ++i) {
     check.range("position_variance_m2", m.position_variance_m2[i], 0, 1e12);
     check.range("velocity_variance_m2ps2", m.velocity_variance_m2ps2[i], 0, 1e12);
@@ -273,8 +285,9 @@ std::optional<std::string> fault_of(const hook_state_t& m) {
 
 std::optional<std::string> fault_of(const platform_state_t& m) {
   Check check(m.header);
-  check.finite("position_ned_m", m.position_ned_m).finite("velocity_ned_mps", m.velocity_ned_mps);
-  check.finite("heading_rad", m.heading_rad);
+  check.within("position_ned_m", m.position_ned_m, largest_position_m)
+      .within("velocity_ned_mps", m.velocity_ned_mps, largest_velocity_mps);
+  check.range("heading_rad", m.heading_rad, -largest_heading_rad, largest_heading_rad);
   for (const double variance : m.position_variance_m2) check.range("position_variance_m2", variance, 0, 1e12);
   return check.fault();
 }

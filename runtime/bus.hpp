@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -45,6 +46,8 @@ class Bus {
  public:
   explicit Bus(int64_t run_id) : run_id_(run_id) {}
   virtual ~Bus() = default;
+  /// What each receiver asks the kernel to hold for it until it is read; there may be no kernel in between.
+  [[nodiscard]] virtual size_t receive_buffer_bytes() const { return std::numeric_limits<size_t>::max(); }
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 

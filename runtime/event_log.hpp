@@ -18,7 +18,7 @@ class LogFile;
 namespace stevedore {
 
 struct LogEvent {
-  int64_t utime = 0;  ///< us, the logger's clock (UTC for lcm-logger and record)
+  int64_t utime = 0;  ///< us, the logger's clock (UTC for lcm-logger; SteadyUtc for record)
   std::string channel;
   std::vector<uint8_t> bytes;
 };

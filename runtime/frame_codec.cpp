@@ -1,15 +1,19 @@
 #include "runtime/frame_codec.hpp"
 
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
 #include <exception>
-#include <fstream>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "runtime/file_descriptor.hpp"
 
 namespace stevedore {
 namespace {
@@ -133,20 +137,34 @@ void encode_png(const cv::Mat& image, frame_t& frame) {
   encode(image, frame, frame_t::ENCODING_PNG, ".png", {cv::IMWRITE_PNG_COMPRESSION, 1});
 }
 
-std::optional<std::string> inline_refusal(std::size_t bytes, std::size_t rmem_max_bytes) {
-  const std::size_t needed = 4 * bytes;
-  if (bytes <= inline_limit_bytes || rmem_max_bytes >= needed) return std::nullopt;
-  return "an inline frame of " + std::to_string(bytes / 1000) +
-         " kB would be lost on its way: the kernel's receive buffer may hold " +
-         std::to_string(rmem_max_bytes) + " bytes and four frames need " + std::to_string(needed) +
-         "; run 'sysctl -w net.core.rmem_max=" + std::to_string(needed) +
-         "' as root on every receiving host, or set 'transport: ring' (same host) or 'jpeg'";
+std::size_t granted_receive_buffer(std::size_t asked_bytes) {
+  const FileDescriptor udp(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const int asked = static_cast<int>(std::min<std::size_t>(asked_bytes, std::numeric_limits<int>::max()));
+  int doubled = 0;  // the kernel's own bookkeeping gets as much again
+  socklen_t size = sizeof doubled;
+  if (asked > 0 && setsockopt(udp.get(), SOL_SOCKET, SO_RCVBUF, &asked, sizeof asked) != 0) return 0;
+  if (getsockopt(udp.get(), SOL_SOCKET, SO_RCVBUF, &doubled, &size) != 0) return 0;
+  return static_cast<std::size_t>(doubled) / 2;
 }
 
-std::optional<std::string> inline_refusal(std::size_t bytes) {
-  std::size_t rmem_max_bytes = 0;  // unreadable counts as none
-  std::ifstream("/proc/sys/net/core/rmem_max") >> rmem_max_bytes;
-  return inline_refusal(bytes, rmem_max_bytes);
+std::optional<std::string> inline_refusal(std::size_t bytes, std::size_t asked_bytes,
+                                          std::size_t granted_bytes) {
+  const std::size_t needed = 4 * bytes, held = std::min(asked_bytes, granted_bytes);
+  if (bytes <= inline_limit_bytes || held >= needed) return std::nullopt;
+  const std::string number = std::to_string(needed);
+  std::string cure;
+  if (granted_bytes < needed)
+    cure += "run 'sysctl -w net.core.rmem_max=" + number + "' as root on every receiving host, ";
+  if (asked_bytes < needed) cure += "ask for it with 'recv_buf_size=" + number + "' in bus.url, ";
+  return "an inline frame of " + std::to_string(bytes / 1000) +
+         " kB would be lost on its way: the receive buffers hold " + std::to_string(held) +
+         " bytes and four frames need " + number + "; " + cure +
+         "or set 'transport: ring' (same host) or 'jpeg'";
+}
+
+std::optional<std::string> inline_refusal(std::size_t bytes, std::size_t asked_bytes) {
+  if (bytes <= inline_limit_bytes) return std::nullopt;  // no socket for it
+  return inline_refusal(bytes, asked_bytes, granted_receive_buffer(4 * bytes));
 }
 
 }  // namespace stevedore

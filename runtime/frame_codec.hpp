@@ -31,10 +31,15 @@ void encode_png(const cv::Mat& image, frame_t& frame);
 /// them: with the usual 208 kB limit three of four raw 640x480 frames were lost.
 constexpr std::size_t inline_limit_bytes = 150'000;
 
+/// The receive buffer that a socket gets which asks for so much: no more than net.core.rmem_max, which older
+/// kernels don't show in a network namespace. 0: of one that asks for nothing.
+std::size_t granted_receive_buffer(std::size_t asked_bytes);
+
 /// Why an inline message of this size must not be published, as a sentence that says what to do; nothing if
-/// it may.
-std::optional<std::string> inline_refusal(std::size_t bytes, std::size_t rmem_max_bytes);
-/// The same for this machine's net.core.rmem_max.
-std::optional<std::string> inline_refusal(std::size_t bytes);
+/// it may. asked: what the bus' sockets ask for; granted: what one gets that asks for four such messages.
+std::optional<std::string> inline_refusal(std::size_t bytes, std::size_t asked_bytes,
+                                          std::size_t granted_bytes);
+/// The same on this machine.
+std::optional<std::string> inline_refusal(std::size_t bytes, std::size_t asked_bytes);
 
 }  // namespace stevedore

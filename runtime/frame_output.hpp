@@ -31,8 +31,8 @@ class FrameOutput {
   FrameOutput(const FrameTransport& settings, std::string ring_name);
 
   /// Puts the pixels, gray8 or bgr8, where the settings say; message.header.utime must be set. Nothing, or
-  /// why they can't be sent.
-  std::optional<std::string> put(const cv::Mat& pixels, frame_t& message);
+  /// why they can't be sent to receivers that ask for buffers of so much.
+  std::optional<std::string> put(const cv::Mat& pixels, frame_t& message, std::size_t receive_buffer_bytes);
 
  private:
   const FrameTransport settings_;

@@ -56,7 +56,8 @@ void set_pixel_layout(const cv::Mat& image, frame_t& frame);
 struct RingSegment;  // one mapping of the shared memory
 
 /// Writer: owns the shared-memory object /stevedore.NAME. One writer per name; a second one takes the name
-/// over. The segment is never truncated nor reused: a mapping stays valid for as long as a reader keeps it.
+/// over, or takes another name where it may not remove what is there. The segment is never truncated nor
+/// reused: a mapping stays valid for as long as a reader keeps it.
 class FrameRing {
  public:
   /// NAME is 1 to 64 of [A-Za-z0-9_-]. Throws std::invalid_argument or, when the memory can't be had (all of

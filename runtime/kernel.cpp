@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <set>
 #include <sstream>
 #include <string>
@@ -42,9 +43,11 @@ int64_t kernel_udp_drops() {
   return drops;
 }
 
-std::string name_in_this_network(const std::string& name) {
+std::string name_in_this_network(const std::string& name, const std::string& bus_url) {
   struct stat network {};
-  return stat("/proc/self/ns/net", &network) == 0 ? name + "-" + std::to_string(network.st_ino) : name;
+  const std::string here =
+      stat("/proc/self/ns/net", &network) == 0 ? name + "-" + std::to_string(network.st_ino) : name;
+  return bus_url.empty() ? here : here + "-" + std::to_string(std::hash<std::string>{}(bus_url));
 }
 
 double cpu_time_s() {

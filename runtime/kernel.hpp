@@ -10,10 +10,10 @@ namespace stevedore {
 /// /proc/net/udp: LCM has no counter of its own).
 int64_t kernel_udp_drops();
 
-/// NAME and the number of this network namespace: shared memory has no namespaces of its own, and two sets
-/// that don't hear each other must not share a ring either. A camera that comes back finds, and replaces, its
-/// own.
-std::string name_in_this_network(const std::string& name);
+/// NAME, the number of this network namespace and one for the bus' address in it: shared memory has no
+/// namespaces of its own, and two sets that don't hear each other must not share a ring either. A camera that
+/// comes back finds, and replaces, its own.
+std::string name_in_this_network(const std::string& name, const std::string& bus_url = {});
 
 /// Processor time used so far, user and system.
 double cpu_time_s();

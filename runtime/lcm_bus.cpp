@@ -1,8 +1,10 @@
 #include "runtime/lcm_bus.hpp"
 
+#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 
+#include "runtime/frame_codec.hpp"
 #include "runtime/time.hpp"
 
 namespace stevedore {
@@ -24,7 +26,18 @@ constexpr int64_t longest_turn_us = 100'000;
 
 }  // namespace
 
-LcmBus::LcmBus(const std::string& url) : Bus(draw_run_id()), lcm_(std::make_unique<::lcm::LCM>(url)) {
+size_t asked_receive_buffer(const std::string& url) {
+  const std::string key = "recv_buf_size=";
+  const auto at = url.find(key);
+  const size_t asked = at == std::string::npos ? 0 : std::strtoul(url.c_str() + at + key.size(), nullptr, 10);
+  return asked > 0 ? asked : granted_receive_buffer(0);
+}
+
+LcmBus::LcmBus(const std::string& url)
+    : Bus(draw_run_id()),
+      url_(url),
+      receive_buffer_bytes_(asked_receive_buffer(url)),
+      lcm_(std::make_unique<::lcm::LCM>(url)) {
   if (!lcm_->good()) {
     throw std::runtime_error(
         "LCM can't open " + url +

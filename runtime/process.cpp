@@ -50,6 +50,10 @@ void open_log(const std::string& name, const std::string& level) {
 
 }  // namespace
 
+std::string bus_url(const Config& config) {
+  return config.section<BusSettings>("bus").url;
+}
+
 bool stop_requested() {
   return stop_flag;
 }
@@ -79,7 +83,7 @@ Process::Process(int argc, char** argv, std::string name, const std::string& wha
   cv::setNumThreads(1);
   stop_on_signals();
   config_ = Config::load(config_file, overrides);
-  bus_ = std::make_unique<LcmBus>(url.empty() ? config_.section<BusSettings>("bus").url : url);
+  bus_ = std::make_unique<LcmBus>(url.empty() ? bus_url(config_) : url);
 }
 
 Process::~Process() {

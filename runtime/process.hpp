@@ -84,6 +84,9 @@ class Process {
   std::map<std::string, int64_t> published_before_;
 };
 
+/// LCM's address: bus.url of the configuration, over its default.
+std::string bus_url(const Config& config);
+
 /// Set by SIGTERM and SIGINT.
 bool stop_requested();
 void stop_on_signals();

@@ -1,4 +1,4 @@
-// The two clocks: CLOCK_MONOTONIC for everything, UTC only to say by how much it differs.
+// The two clocks: CLOCK_MONOTONIC for everything, UTC only to say by how much it differs, and in logs.
 #pragma once
 
 #include <cstdint>
@@ -18,5 +18,14 @@ inline int64_t monotonic_utime() {
 inline int64_t utc_offset_us() {
   return clock_utime(CLOCK_REALTIME) - monotonic_utime();
 }
+
+/// UTC as it was at the start, carried on by CLOCK_MONOTONIC: what sets the wall clock does not tear it.
+class SteadyUtc {
+ public:
+  [[nodiscard]] int64_t now() const { return offset_us_ + monotonic_utime(); }
+
+ private:
+  const int64_t offset_us_ = utc_offset_us();
+};
 
 }  // namespace stevedore

@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
     if (!camera)
       throw stevedore::ConfigError("sim_proc needs a camera: camera_file, as in config/world.yaml");
     stevedore::SimStage stage(process.settings<stevedore::SimSettings>("sim"), *camera,
-                              stevedore::name_in_this_network("sim"), process.bus());
+                              stevedore::name_in_this_network("sim", process.bus().url()), process.bus());
     return process.run([&] {
       process.bus().handle(wait_ms);
       return stage.work(process.bus().now_utime());

@@ -212,7 +212,7 @@ void SimStage::send(const Picture& picture) {
   frame_t frame{};
   frame.header.utime = picture.utime;
   frame.header.frame_seq = picture.frame_seq;
-  refusal_ = output_.put(picture.pixels, frame);
+  refusal_ = output_.put(picture.pixels, frame, bus_.receive_buffer_bytes());
   if (refusal_) return;
   if (settings_.truth) {
     truth_t truth = to_message(picture.truth);

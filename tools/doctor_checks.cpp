@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <lcm/lcm-cpp.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <sstream>
@@ -89,7 +90,7 @@ Finding check_lcm() {
 }
 
 Finding check_receive_buffer() {
-  return judge_receive_buffer(std::atol(content_of("/proc/sys/net/core/rmem_max").c_str()));
+  return judge_receive_buffer(static_cast<long>(granted_receive_buffer(std::numeric_limits<int>::max())));
 }
 
 Finding check_shared_memory() {

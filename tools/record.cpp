@@ -63,7 +63,7 @@ class Recorder {
   void write(const std::string& channel, const M& message) {
     if (failure_) return;
     try {
-      LogEvent event{clock_utime(CLOCK_REALTIME), channel, encode(message)};
+      LogEvent event{utc_.now(), channel, encode(message)};
       bytes_ += static_cast<int64_t>(event.bytes.size());
       log_.write(event);
     } catch (const std::runtime_error& error) {
@@ -122,6 +122,7 @@ class Recorder {
   LogWriter log_;
   LcmBus& bus_;
   FrameReader& frames_;
+  const SteadyUtc utc_;
   int64_t bytes_ = 0;
   int64_t told_utime_ = 0;
   double told_mb_ = 0;

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "runtime/command_line.hpp"
+#include "runtime/config.hpp"
 #include "runtime/lcm_bus.hpp"
 #include "runtime/process.hpp"
 #include "tools/progress_line.hpp"
@@ -66,7 +67,8 @@ int run(int argc, char** argv) {
   CLI::App app(
       "Watches a running set: one line a second, until its images are worked off or its mission is over.",
       "watch");
-  std::string url = default_lcm_url;
+  std::string config_file, url;
+  std::vector<std::string> overrides;
   double patience_s = 20;
   int cargoes = 0;
   app.add_option("--patience", patience_s, "seconds without a MISSION for a frame after which to give up")
@@ -74,7 +76,9 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--cargoes", cargoes, "a mission that is to carry so many: shows it, and ends with it")
       ->check(CLI::PositiveNumber);
-  app.add_option("--lcm-url", url, "LCM's address")->capture_default_str();
+  app.add_option("--config", config_file, "the set's YAML file: its bus.url is where to listen");
+  app.add_option("--set", overrides, "section.key=value, over what the file says")->take_all();
+  app.add_option("--lcm-url", url, fmt::format("LCM's address, over bus.url [{}]", default_lcm_url));
   app.footer(
       "The line: elapsed time, frames in/out, frames with the target measured, status and number of the\n"
       "target, phase, frames a second, latency from capture to MISSION (p50/p99 of the last second), lost "
@@ -86,6 +90,8 @@ int run(int argc, char** argv) {
       "frames.");
   parse_command_line(app, argc, argv, "1 if nothing came, or for too long, 130 when stopped by a signal");
   stop_on_signals();
+  if (url.empty()) url = bus_url(Config::load(config_file, overrides));
+  if (url != default_lcm_url) fmt::print("Others hear this bus with --lcm-url '{}'\n", url);
   LcmBus bus(url);
   return watch(bus, patience_s, cargoes);
 }

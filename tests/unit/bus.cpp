@@ -4,6 +4,10 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "runtime/frame_codec.hpp"
+#include "runtime/kernel.hpp"
+#include "runtime/lcm_bus.hpp"
+
 using namespace stevedore;
 
 namespace {
@@ -94,6 +98,48 @@ TEST_CASE("a corrupt message is counted and dropped, never handed out") {
   CHECK(receiver.counters("ELLIPSES").lost_malformed == 2);
   receiver.deliver("ELLIPSES", empty);
   CHECK(handled == 1);
+}
+
+TEST_CASE("finite numbers that nothing here can have are refused") {
+  vehicle_state_t state{};
+  state.ned_from_body[0] = 1;
+  state.position_ned_m[0] = 1e6;  // an origin far away
+  state.velocity_ned_mps[1] = -300;
+  state.angular_rate_body_radps[2] = 30;
+  CHECK_FALSE(fault_of(state));
+  const auto refused = [](auto message, double& (*field)(decltype(message)&), double largest) {
+    for (const double sign : {-1.0, 1.0}) {
+      field(message) = sign * largest;
+      CHECK_FALSE(fault_of(message));
+      for (const double absurd : {2 * largest, 1e305, std::numeric_limits<double>::quiet_NaN()}) {
+        field(message) = sign * absurd;
+        CHECK(fault_of(message));
+      }
+    }
+  };
+  using State = vehicle_state_t;
+  refused(
+      state, +[](State& m) -> double& { return m.position_ned_m[2]; }, 1e7);
+  refused(
+      state, +[](State& m) -> double& { return m.velocity_ned_mps[0]; }, 1e3);
+  refused(
+      state, +[](State& m) -> double& { return m.angular_rate_body_radps[1]; }, 100);
+  using Platform = platform_state_t;
+  refused(
+      Platform{}, +[](Platform& m) -> double& { return m.position_ned_m[0]; }, 1e7);
+  refused(
+      Platform{}, +[](Platform& m) -> double& { return m.velocity_ned_mps[1]; }, 1e3);
+  refused(
+      Platform{}, +[](Platform& m) -> double& { return m.heading_rad; }, 1e3);
+  mission_t mission{};
+  mission.phase = mission_t::PHASE_IDLE;
+  mission.target_status = track_t::STATUS_SEARCHING;
+  refused(
+      mission, +[](mission_t& m) -> double& { return m.setpoint_ned_m[1]; }, 1e7);
+  refused(
+      mission, +[](mission_t& m) -> double& { return m.setpoint_velocity_ned_mps[2]; }, 1e3);
+  refused(
+      mission, +[](mission_t& m) -> double& { return m.setpoint_heading_rad; }, 1e3);
 }
 
 TEST_CASE("a refused message whose header can be read is lost once, as malformed") {
@@ -235,4 +281,19 @@ TEST_CASE("the time of what is heard is the others', not this host's") {
   bus.deliver(channels::hook_state, hook());  // captured at 900
   bus.now += 250;
   CHECK(bus.stream_utime() == 1150);
+}
+
+TEST_CASE("what the bus' sockets ask the kernel for is said by its address") {
+  CHECK(asked_receive_buffer(default_lcm_url) == 2'097'152);
+  CHECK(asked_receive_buffer("udpm://239.255.76.67:7667?recv_buf_size=300000&ttl=0") == 300'000);
+  CHECK(asked_receive_buffer("udpm://239.255.76.67:7667?ttl=0") == granted_receive_buffer(0));
+}
+
+TEST_CASE("two buses in one network have names of their own in shared memory") {
+  const std::string other = "udpm://239.255.76.68:7668?ttl=0";
+  const std::string name = name_in_this_network("camera", default_lcm_url);
+  CHECK(name != name_in_this_network("camera", other));
+  CHECK(name == name_in_this_network("camera", default_lcm_url));  // who comes back finds its own
+  CHECK(name.starts_with(name_in_this_network("camera")));
+  CHECK(name.size() <= 64);  // FrameRing
 }

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
@@ -159,15 +160,32 @@ TEST_CASE("images that are no frame are refused") {
   CHECK_THROWS_AS(encode_png(cv::Mat(4, 4, CV_16UC1), frame), std::invalid_argument);
 }
 
-TEST_CASE("a large inline message needs a kernel buffer for four") {
-  CHECK_FALSE(inline_refusal(150'000, 212'992));
-  CHECK_FALSE(inline_refusal(921'600, 4 * 921'600));
-  const auto refusal = inline_refusal(921'600, 4 * 921'600 - 1);
-  REQUIRE(refusal);
-  CHECK(refusal->find("sysctl -w net.core.rmem_max=3686400") != std::string::npos);
-  CHECK(refusal->find("transport: ring") != std::string::npos);
-  CHECK(inline_refusal(150'001, 212'992));
-  CHECK(inline_refusal(150'001, 0));
-  CHECK_FALSE(inline_refusal(1000));
-  CHECK(inline_refusal(std::size_t{1} << 40));
+TEST_CASE("a large inline message needs a receive buffer for four, granted and asked for") {
+  constexpr std::size_t raw = 921'600, for_four = 4 * raw, much = 100'000'000;
+  const auto names = [](const std::optional<std::string>& refusal, const std::string& what) {
+    REQUIRE(refusal);
+    CHECK(refusal->find("transport: ring") != std::string::npos);
+    return refusal->find(what) != std::string::npos;
+  };
+  CHECK_FALSE(inline_refusal(150'000, 106'496, 212'992));
+  CHECK_FALSE(inline_refusal(raw, for_four, for_four));
+  const auto kernel = inline_refusal(raw, much, for_four - 1);
+  CHECK(names(kernel, "sysctl -w net.core.rmem_max=3686400"));
+  CHECK_FALSE(names(kernel, "bus.url"));
+  const auto bus = inline_refusal(raw, 2'097'152, much);
+  CHECK(names(bus, "'recv_buf_size=3686400' in bus.url"));
+  CHECK_FALSE(names(bus, "sysctl"));
+  const auto both = inline_refusal(raw, 2'097'152, 212'992);
+  CHECK(names(both, "sysctl -w net.core.rmem_max=3686400"));
+  CHECK(names(both, "'recv_buf_size=3686400' in bus.url"));
+  CHECK(inline_refusal(150'001, 0, 0));
+  CHECK_FALSE(inline_refusal(1000, 0));
+  CHECK(inline_refusal(std::size_t{1} << 40, std::numeric_limits<std::size_t>::max()));
+}
+
+TEST_CASE("what a socket gets is what it asks for, up to what the kernel allows") {
+  CHECK(granted_receive_buffer(100'000) == 100'000);
+  const std::size_t most = granted_receive_buffer(std::numeric_limits<std::size_t>::max());
+  CHECK(most >= granted_receive_buffer(0));
+  CHECK(granted_receive_buffer(most) == most);
 }

@@ -168,6 +168,23 @@ TEST_CASE("a camera that starts anew takes the name over and the old one leaves 
   CHECK(reader.read(fresh));  // mapped before the camera ended: still a whole frame
 }
 
+TEST_CASE("what can't be removed from under the name is left alone: the ring has another") {
+  const std::string name = ring_name("theirs"), path = "/dev/shm/stevedore." + name;
+  REQUIRE(mkdir(path.c_str(), 0755) == 0);  // no more to be unlinked than a ring of another user
+  std::string used;
+  {
+    FrameRing ring(name, 8, 100);
+    const cv::Mat image(10, 20, CV_8UC1, cv::Scalar(3));
+    const frame_t notice = notice_of(ring, image), larger = notice_of(ring, cv::Mat(20, 20, CV_8UC1));
+    CHECK(notice.ring_name != name);
+    CHECK(larger.ring_name == notice.ring_name);
+    used = ring.name();
+    CHECK(FrameRingReader().read(larger));
+  }
+  CHECK_FALSE(exists(used));
+  CHECK(rmdir(path.c_str()) == 0);
+}
+
 TEST_CASE("no notice makes the reader fail") {
   const std::string name = ring_name("bad");
   FrameRing ring(name, 8, 300);

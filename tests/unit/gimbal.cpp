@@ -223,3 +223,15 @@ TEST_CASE("time that goes back, or a gap, starts anew from what is seen") {
   gimbal.measured({8, {-10 * deg, 0}, false});
   CHECK(gimbal.follow(still(8, 10, 0)).level.off_level_rad.value() < 1e-6);
 }
+
+TEST_CASE("a rate that no body has spoils its own step only") {
+  Gimbal gimbal(GimbalSettings{}, {});
+  double t = 1000;
+  settled(gimbal, t, 10, 5);
+  AttitudeReading absurd = still(t += period_s, 10, 5);
+  absurd.rate_body_radps = Vector3d::Constant(1e300);
+  gimbal.follow(absurd);
+  const GimbalStep after = settled(gimbal, t += period_s, 10, 5, 3);
+  CHECK(after.command.roll_rad == Approx(-10 * deg).margin(1e-6));
+  CHECK(after.command.pitch_rad == Approx(-5 * deg).margin(1e-6));
+}
