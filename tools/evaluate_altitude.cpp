@@ -18,10 +18,11 @@ struct Plane {
   [[nodiscard]] double below_m() const { return normal.dot(point) / normal.z(); }
 };
 
+/// Of an even count the mean of the two in the middle: through two circles goes neither one's height.
 double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
 /// Through three circles or more, with their tilt; through one or two, or circles that are not in a plane:

@@ -363,6 +363,17 @@ TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a ca
   CHECK(result.on_thing == 0);
 }
 
+TEST_CASE("Through two circles a level plane lies midway between them") {
+  FlightLog flight = flight_of(1);
+  auto& poses = flight.poses[0].poses;
+  poses.resize(2);
+  poses[0].center_level_m[2] = 4.00;
+  poses[1].center_level_m[2] = 4.06;
+  const AltitudeComparison result = compare_altitudes(flight, {});
+  REQUIRE(result.samples.size() == 1);
+  CHECK(result.samples[0].vision_m == Approx(4.03));
+}
+
 TEST_CASE("A drop is off its circle as it comes to rest, and its circle was last seen so long before") {
   FlightLog flight = flight_of(120);
   // cargo 2 hangs, is let go over a circle of another platform at 3 s, and stands there 0.3 m north of the
