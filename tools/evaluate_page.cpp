@@ -269,10 +269,8 @@ std::string altitude_section(const Evaluation& evaluation) {
                 spread_row("vision - laser, below 2 m", altitudes.vision_less_laser_low_m, 1),
                 spread_row("vision - truth", altitudes.vision_less_truth_m, 1),
                 spread_row("laser - truth", altitudes.laser_less_truth_m, 1)}) +
-         fmt::format("<p>{} laser readings on a cargo or another thing{}.</p>\n", altitudes.on_thing,
-                     evaluation.has_truth() ? fmt::format("; in {} of them TRUTH says that vision was right",
-                                                          altitudes.confirmed)
-                                            : "");
+         fmt::format("<p>{} laser readings on a cargo or another thing, {}.</p>\n", altitudes.on_thing,
+                     evaluation.has_truth() ? "by TRUTH" : "if vision does not read high there");
 }
 
 std::string platform_section(const Evaluation& evaluation) {

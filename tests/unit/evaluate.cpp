@@ -363,6 +363,30 @@ TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a ca
   CHECK(result.on_thing == 0);
 }
 
+TEST_CASE("Vision that reads high is vision's error where TRUTH says so, and else told as left out") {
+  FlightLog flight = flight_of(20);
+  for (poses_t& poses : flight.poses)
+    for (pose_t& pose : poses.poses) put(Eigen::Vector3d(pose.center_level_m) * 1.2, pose.center_level_m);
+  const auto verdict = [](const FlightLog& seen) {
+    const Folder folder;
+    write_log(folder.file("flight.lcm"), seen);
+    const FlownConfiguration over_slot_3{"", {"pose.altimeter_right_m=-0.8"}};
+    const auto verdicts = verdicts_of(evaluate(folder.file("flight.lcm"), over_slot_3, ""));
+    const auto found = std::find_if(verdicts.begin(), verdicts.end(), [](const Verdict& each) {
+      return each.subject == "Altitude at all heights, vision against laser";
+    });
+    REQUIRE(found != verdicts.end());
+    return *found;
+  };
+  const Verdict with_truth = verdict(flight);
+  CHECK(with_truth.says == Verdict::Says::poor);
+  CHECK(with_truth.text == "95 % within 0.80 m, worst 0.80 m (20 frames)");
+
+  flight.truth.clear();
+  CHECK(verdict(flight).text ==
+        "no data; left out: 20 in which the laser is short of vision, on a thing or not");
+}
+
 TEST_CASE("Through two circles a level plane lies midway between them") {
   FlightLog flight = flight_of(1);
   auto& poses = flight.poses[0].poses;
