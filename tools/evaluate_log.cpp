@@ -20,6 +20,15 @@ void sort_by_time(std::vector<M>& messages) {
                    [](const M& a, const M& b) { return a.header.utime < b.header.utime; });
 }
 
+/// Of a message on one of this system's channels; 0: none that could be.
+std::int64_t stamp_of(const LogEvent& event) {
+  static const std::vector<ChannelInfo> channels = channel_table();
+  const bool is_ours = std::any_of(channels.begin(), channels.end(),
+                                   [&](const ChannelInfo& each) { return each.name == event.channel; });
+  const auto header = is_ours ? decode_header(event.bytes) : std::nullopt;
+  return header ? std::max<std::int64_t>(0, header->utime) : 0;
+}
+
 /// From capture to the first answer to each frame. Files played as fast as possible carry stamps of their own
 /// schedule, ahead of the clock: those count as zero.
 class Latencies {
@@ -50,6 +59,7 @@ FlightLog read_flight(const std::string& path) {
   Latencies to_poses, to_mission;
   while (const auto event = reader.next()) {
     summary.add(*event);
+    if (flight.start_utime == 0) flight.start_utime = stamp_of(*event);
     keep(*event, channels::truth, flight.truth);
     keep(*event, channels::poses, flight.poses);
     keep(*event, channels::platform_estimate, flight.estimates);

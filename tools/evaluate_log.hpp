@@ -11,6 +11,9 @@
 namespace stevedore {
 
 struct FlightLog {
+  /// Stamp of the log's first message that has one: the zero of seconds, as `explain` and `report` count them
+  /// but for what it took to log it.
+  std::int64_t start_utime = 0;
   std::vector<truth_t> truth;
   std::vector<poses_t> poses;
   std::vector<platform_estimate_t> estimates;

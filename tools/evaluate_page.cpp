@@ -222,7 +222,7 @@ std::string pose_section(const PoseComparison& poses, const std::string& what) {
 }
 
 double seconds_since(const Evaluation& evaluation, std::int64_t utime) {
-  return static_cast<double>(utime - evaluation.flight.poses.front().header.utime) * 1e-6;
+  return static_cast<double>(utime - evaluation.flight.start_utime) * 1e-6;
 }
 
 std::vector<std::string> spread_row(const std::string& name, const Spread& spread, double unit) {

@@ -470,6 +470,22 @@ TEST_CASE("evaluate tells errors that a camera shares over a flight from others,
   CHECK(wrong.err.find("altimeter_down_m") != std::string::npos);
 }
 
+TEST_CASE("A log with PLATFORM_ESTIMATE and no POSES is evaluated, its time from the log's first message") {
+  const Folder folder;
+  FlightLog flight = flight_of(120);
+  flight.poses.clear();
+  flight.vehicle.front().header.utime = 0;  // no stamp: no beginning
+  LogWriter writer(folder.file("flight.lcm"));
+  writer.write({1, "OTHER", std::vector<std::uint8_t>(64, 1)});
+  write_all(writer, channels::vehicle_state, flight.vehicle);
+  write_all(writer, channels::truth, flight.truth);
+  write_all(writer, channels::platform_estimate, flight.estimates);
+  writer.flush();
+  const Evaluation evaluation = evaluate(folder.file("flight.lcm"), {}, "");
+  CHECK(evaluation.flight.start_utime == flight.vehicle[1].header.utime);
+  CHECK(to_html(evaluation).ends_with("</html>\n"));
+}
+
 TEST_CASE("Without TRUTH there is the laser, and evaluate says so") {
   const Folder folder;
   FlightLog flight = flight_of(20);
