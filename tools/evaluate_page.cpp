@@ -258,8 +258,9 @@ std::string altitude_section(const Evaluation& evaluation) {
          "over the "
          "deck. The laser looks down from elsewhere on the aircraft and along its own axis, so its reading "
          "is "
-         "carried over by the lever arm, the aircraft's tilt and the deck's. Only readings within 1 m of a "
-         "circle in sight count. Where the beam falls on a thing on the deck (short by more than noise, and "
+         "carried over by the lever arm, the aircraft's tilt and the deck's. Only readings within 0.6 m of "
+         "the middle of a circle in sight count. Where the beam falls on a thing on the deck (short by more "
+         "than noise, and "
          "by "
          "no more than a person is tall) it is marked, and left out of the figures.</p>\n" +
          plots({{"Altitude in flight", "time, s", "camera over the deck, m", {truth, vision, laser, thing}},
@@ -304,9 +305,8 @@ std::string platform_section(const Evaluation& evaluation) {
                 spread_row("velocity, m/s", platforms.velocity_mps, 1),
                 spread_row("a second ahead, m", platforms.predicted_m, 1),
                 spread_row("the same, held to stand still, m", platforms.held_m, 1)}) +
-         fmt::format(
-             "<p>NEES / 6 of position and velocity: {:.2f} (1: covariance exact; below: careful).</p>\n",
-             platforms.nees6) +
+         fmt::format("<p>NEES / 6 of position and velocity: {} (1: covariance exact; below: careful).</p>\n",
+                     ratio(platforms.nees6)) +
          "<p>What is said of the slots, counted for each slot and frame: while slot numbers are said to be "
          "certain, "
          "and else.</p>\n" +

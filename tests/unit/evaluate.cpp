@@ -326,6 +326,14 @@ TEST_CASE("Platforms are compared relative to the aircraft, whose own position i
   CHECK(result.certain.handled == 1);
 }
 
+TEST_CASE("A covariance that no estimate was held against has no figure, which is not 0") {
+  const Folder folder;
+  write_log(folder.file("flight.lcm"), flight_of(20));  // 1.3 s: no deck is in view for 3 s
+  const Evaluation evaluation = evaluate(folder.file("flight.lcm"), {}, "");
+  CHECK(nlohmann::json::parse(to_json(evaluation).dump())["platforms"]["nees6"].is_null());
+  CHECK(to_html(evaluation).find("NEES / 6 of position and velocity: - (") != std::string::npos);
+}
+
 TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a cargo below the beam") {
   LaserMount mount;
   mount.from_camera_body_m = {-0.3, -0.8, 0};  // over slot 3, when the deck has moved on by half a metre
