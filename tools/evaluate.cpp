@@ -52,7 +52,10 @@ int run(int argc, char** argv) {
   std::error_code ignored;  // the file says whether the folder is there
   fs::create_directories(folder, ignored);
   write_file(folder / "evaluation.html", stevedore::to_html(evaluation));
-  write_file(folder / "evaluation.json", stevedore::to_json(evaluation).dump(2) + "\n");
+  const nlohmann::ordered_json json = stevedore::to_json(evaluation);
+  // a file's name is any bytes
+  write_file(folder / "evaluation.json",
+             json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   fmt::print("{}\nKept: {}, {}\n", stevedore::to_text(evaluation), (folder / "evaluation.html").string(),
              (folder / "evaluation.json").string());
   if (evaluation.flight.damage.empty()) return 0;

@@ -508,6 +508,17 @@ TEST_CASE("Without TRUTH there is the laser, and evaluate says so") {
   CHECK(page.find("Table 1") == std::string::npos);
 }
 
+TEST_CASE("evaluate and report write JSON of a log whose name is not UTF-8") {
+  const Folder folder;
+  const std::string log = folder.file("fl\xffight.lcm");
+  write_log(log, flight_of(20));
+  CHECK(run_program("$BIN/evaluate " + log).status == 0);
+  CHECK_NOTHROW(nlohmann::json::parse(text_of(folder.file("evaluation.json"))));
+  const ProgramRun report = run_program("$BIN/report --json " + log);
+  CHECK(report.status == 0);
+  CHECK_NOTHROW(nlohmann::json::parse(report.out));
+}
+
 TEST_CASE("A damaged log is evaluated as far as it can be read, with exit status 1") {
   const Folder folder;
   write_log(folder.file("flight.lcm"), flight_of(20));
