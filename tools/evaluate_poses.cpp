@@ -113,6 +113,7 @@ PoseSample sample_of(std::int64_t utime, const pose_t& pose, const Mark& mark,
   sample.theta_rad = mark.theta_rad();
   sample.range_error_m = chosen_m.norm() - sample.range_m;
   sample.center_error_m = (chosen_m - mark.center_camera_m).norm();
+  sample.has_two = pose.solutions.size() > 1;
   sample.is_wrong = right != 0;
   sample.probability = pose.solutions.front().probability;
   const circle_solution_t& solution = pose.solutions[right];
@@ -311,7 +312,7 @@ PoseRow row_of(std::string name, const std::vector<PoseSample>& samples) {
     center_m.push_back(sample.center_error_m);
     if (sample.nees3) nees.push_back(*sample.nees3);
     if (sample.nees3_with) nees_with.push_back(*sample.nees3_with);
-    if (sample.theta_rad < 4 * deg) continue;
+    if (sample.theta_rad < 4 * deg || !sample.has_two) continue;
     ++row.judged;
     row.wrong += sample.is_wrong;
     row.wrong_above_99 += sample.is_wrong && sample.probability > 0.99;

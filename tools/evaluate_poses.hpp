@@ -45,6 +45,7 @@ struct PoseSample {
   double theta_rad = 0;
   double range_error_m = 0;  ///< positive: said to be farther away than it is
   double center_error_m = 0;
+  bool has_two = false;              ///< solutions; of one alone none is the wrong one
   bool is_wrong = false;             ///< the other solution's normal is nearer to the mark's
   double probability = 1;            ///< of the chosen solution, as published
   std::optional<double> nees3;       ///< NEES / 3 of the right solution's centre; nothing: no covariance
@@ -94,7 +95,7 @@ struct PoseRow {
   std::string name;
   Spread range_m;
   Spread center_m;
-  std::int64_t judged = 0;  ///< theta >= 4 deg: below, the two solutions are about the same
+  std::int64_t judged = 0;  ///< with two solutions, theta >= 4 deg: below, they are about the same
   std::int64_t wrong = 0;
   std::int64_t wrong_above_99 = 0;  ///< of them, those published with more than 0.99
   double nees3 = 0;                 ///< means; NaN: none

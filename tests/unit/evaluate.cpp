@@ -225,8 +225,13 @@ TEST_CASE("The wrong solution is told from the right one by its normal") {
   solutions[0].probability = 0.999;
   solutions[1].probability = 0.001;
   const PoseRow all = row_of("all", compare(flight).samples);
+  CHECK(all.judged == 6);
   CHECK(all.wrong == 1);
   CHECK(all.wrong_above_99 == 1);
+
+  // of a single one nothing is chosen
+  for (std::size_t i = 1; i < 6; ++i) flight.poses[0].poses[i].solutions.pop_back();
+  CHECK(row_of("all", compare(flight).samples).judged == 1);
 }
 
 TEST_CASE("Track ids that change places, or change after an absence") {
