@@ -221,6 +221,7 @@ Json to_json(const PoseComparison& poses) {
     bins.push_back({{"count", bin.count}, {"right", bin.right}, {"sum", bin.sum}});
   return {{"frames", poses.frames},
           {"frames_without_marks", poses.frames_alone},
+          {"frames_without_poses", poses.frames_unanswered},
           {"poses", poses.poses},
           {"compared", poses.samples.size()},
           {"of_nothing", poses.of_nothing},

@@ -298,6 +298,18 @@ TEST_CASE("Poses that belong to no mark, to two, or to one twice") {
   CHECK(compare(flight).ambiguous == 1);
 }
 
+TEST_CASE("Frames without POSES are told, and their circles are missed") {
+  FlightLog flight = flight_of(10);
+  flight.poses.erase(flight.poses.begin() + 4, flight.poses.begin() + 6);
+  flight.poses.erase(flight.poses.begin());  // before the first one nobody was there yet
+  flight.poses.pop_back();
+  const PoseComparison result = compare(flight);
+  CHECK(result.frames == 6);
+  CHECK(result.frames_unanswered == 2);
+  CHECK(result.whole_found == 4 * 6);
+  CHECK(result.whole_circles == 4 * 8);
+}
+
 TEST_CASE("Platforms are compared relative to the aircraft, whose own position is off") {
   FlightLog flight = flight_of(120);
   PlatformComparison result = compare_platforms(flight);
