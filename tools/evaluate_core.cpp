@@ -161,6 +161,22 @@ void judge_altitude(const AltitudeComparison& altitudes, bool has_truth, Verdict
   tell_left_out(altitudes.on_thing);
 }
 
+/// A frame without an answer has no latency: it is counted beside them.
+void judge_latency(const Spread& late_ms, const Report& report, Verdicts& verdicts) {
+  constexpr double most_unanswered_percent = 1;  // some are under way at the log's beginning and end
+  const double limit_ms = 1e3 * channels::mission.max_age_s;
+  const double unanswered_percent = percent(report.frames - report.answered, report.frames);
+  verdicts.add(
+      late_ms.count, late_ms.worst < limit_ms && unanswered_percent <= most_unanswered_percent,
+      "From capture to MISSION",
+      fmt::format("median {:.0f} ms, 95 % below {:.0f} ms, worst {:.0f} ms; {} of {} frames answered",
+                  late_ms.median, late_ms.p95, late_ms.worst, report.answered, report.frames),
+      fmt::format(
+          "worst below {:.0f} ms, from which the pilot calls it stale; at most {} % of frames without "
+          "an answer",
+          limit_ms, most_unanswered_percent));
+}
+
 }  // namespace
 
 std::vector<Verdict> verdicts_of(const Evaluation& evaluation) {
@@ -168,12 +184,7 @@ std::vector<Verdict> verdicts_of(const Evaluation& evaluation) {
   if (evaluation.poses) judge_poses(*evaluation.poses, verdicts);
   if (evaluation.platforms) judge_platforms(*evaluation.platforms, verdicts);
   judge_altitude(evaluation.altitudes, evaluation.has_truth(), verdicts);
-  const Spread& late_ms = evaluation.to_mission_ms;
-  const double limit_ms = 1e3 * channels::mission.max_age_s;
-  verdicts.add(late_ms.count, late_ms.worst < limit_ms, "From capture to MISSION",
-               fmt::format("median {:.0f} ms, 95 % below {:.0f} ms, worst {:.0f} ms", late_ms.median,
-                           late_ms.p95, late_ms.worst),
-               fmt::format("worst below {:.0f} ms, from which the pilot calls it stale", limit_ms));
+  judge_latency(evaluation.to_mission_ms, evaluation.flight.report, verdicts);
   return std::move(verdicts.list);
 }
 

@@ -423,6 +423,19 @@ TEST_CASE("Through two circles a level plane lies midway between them") {
   CHECK(result.samples[0].vision_m == Approx(4.03));
 }
 
+TEST_CASE("Latencies are good only where nearly all frames have one") {
+  const auto verdict = [](int answered) {
+    Evaluation evaluation;
+    evaluation.flight.report.frames = 1000;
+    evaluation.flight.report.answered = answered;
+    evaluation.to_mission_ms = spread_of(std::vector<double>(static_cast<std::size_t>(answered), 30.0));
+    return verdicts_of(evaluation).back();
+  };
+  CHECK(verdict(990).says == Verdict::Says::good);
+  CHECK(verdict(989).says == Verdict::Says::poor);
+  CHECK(verdict(989).text.ends_with("worst 30 ms; 989 of 1000 frames answered"));
+}
+
 TEST_CASE("A drop is off its circle as it comes to rest, and its circle was last seen so long before") {
   FlightLog flight = flight_of(120);
   // cargo 2 hangs, is let go over a circle of another platform at 3 s, and stands there 0.3 m north of the
