@@ -43,8 +43,11 @@ Evaluation evaluate(const std::string& log, const FlownConfiguration& flown, con
     evaluation.platforms = compare_platforms(flight);
     evaluation.drops = find_drops(flight.truth, *evaluation.poses);
   }
-  if (!reference.empty())
-    evaluation.reference = compare_poses(flight.poses, marks_of(read_flight(reference).poses), std::nullopt);
+  if (!reference.empty()) {
+    const FlightLog other = read_flight(reference);
+    evaluation.reference = compare_poses(flight.poses, marks_of(other.poses), std::nullopt);
+    evaluation.reference_damage = other.damage;
+  }
   evaluation.altitudes = compare_altitudes(flight, aircraft.laser);
   evaluation.to_poses_ms = spread_of(flight.to_poses_ms);
   evaluation.to_mission_ms = spread_of(flight.to_mission_ms);
@@ -328,6 +331,7 @@ Json to_json(const Evaluation& evaluation) {
   Json json{{"log", evaluation.log},
             {"duration_s", evaluation.flight.report.duration_s},
             {"frames", evaluation.flight.report.frames},
+            {"unreadable", evaluation.flight.unreadable},
             {"has_truth", evaluation.has_truth()},
             {"verdicts", verdicts}};
   if (evaluation.poses) json["poses"] = to_json(*evaluation.poses);
@@ -381,6 +385,9 @@ std::string to_text(const Evaluation& evaluation) {
     text += fmt::format("{:<8} {}: {}\n", word_of(verdict.says), verdict.subject, verdict.text);
     if (verdict.says == Verdict::Says::poor) text += fmt::format("         wanted: {}\n", verdict.limit);
   }
+  if (evaluation.flight.unreadable > 0)
+    text += fmt::format("\n{} messages in the log can't be read: damaged, or of another version.\n",
+                        evaluation.flight.unreadable);
   return text;
 }
 

@@ -37,6 +37,7 @@ struct Verdict {
 struct Evaluation {
   std::string log;
   std::string reference_log;  ///< empty: none
+  std::vector<DamagedPart> reference_damage;
   FlightLog flight;
   std::optional<PoseComparison> poses;      ///< against TRUTH
   std::optional<PoseComparison> reference;  ///< against the poses of the other log

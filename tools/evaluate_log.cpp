@@ -9,9 +9,13 @@
 namespace stevedore {
 namespace {
 
+/// false: it is on this channel and can't be read.
 template <class M>
-void keep(const LogEvent& event, const Channel<M>& channel, std::vector<M>& messages) {
-  if (auto message = decode(event, channel)) messages.push_back(*std::move(message));
+bool keep(const LogEvent& event, const Channel<M>& channel, std::vector<M>& messages) {
+  if (event.channel != channel.name) return true;
+  auto message = decode(event, channel);
+  if (message) messages.push_back(*std::move(message));
+  return message.has_value();
 }
 
 template <class M>
@@ -63,13 +67,14 @@ FlightLog read_flight(const std::string& path) {
     keep(*event, channels::truth, flight.truth);
     keep(*event, channels::poses, flight.poses);
     keep(*event, channels::platform_estimate, flight.estimates);
-    keep(*event, channels::altimeter, flight.altimeter);
+    flight.unreadable += !keep(*event, channels::altimeter, flight.altimeter);
     keep(*event, channels::vehicle_state, flight.vehicle);
-    keep(*event, channels::gimbal_state, flight.gimbal);
+    flight.unreadable += !keep(*event, channels::gimbal_state, flight.gimbal);
     to_poses.add(*event, channels::poses.name);
     to_mission.add(*event, channels::mission.name);
   }
   flight.report = summary.report();
+  flight.unreadable += flight.report.unreadable;  // of the other channels
   flight.damage = reader.damage();
   if (flight.poses.empty() && flight.estimates.empty()) {
     throw std::runtime_error(fmt::format(

@@ -22,6 +22,7 @@ struct FlightLog {
   std::vector<gimbal_state_t> gimbal;
   Report report;  ///< frames, losses, latencies
   std::vector<DamagedPart> damage;
+  std::int64_t unreadable = 0;        ///< messages that are not of their channel's type, of what is looked at
   std::vector<double> to_poses_ms;    ///< capture to POSES, of each frame
   std::vector<double> to_mission_ms;  ///< capture to the first MISSION of each frame
 };

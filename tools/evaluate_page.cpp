@@ -373,6 +373,9 @@ std::string to_html(const Evaluation& evaluation) {
           ? "Against the truth of the simulated world, and its laser."
           : "The log has no TRUTH: only the laser, latencies and a second log can be compared "
             "with.");
+  if (evaluation.flight.unreadable > 0)
+    html += fmt::format("<p>{} messages in the log can't be read: damaged, or of another version.</p>\n",
+                        evaluation.flight.unreadable);
   html += verdict_section(evaluation);
   if (evaluation.poses)
     html += table_one_section(*evaluation.poses) + pose_section(*evaluation.poses, "TRUTH");

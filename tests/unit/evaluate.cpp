@@ -549,6 +549,37 @@ TEST_CASE("evaluate and report write JSON of a log whose name is not UTF-8") {
   CHECK_NOTHROW(nlohmann::json::parse(report.out));
 }
 
+TEST_CASE("Messages of another version are told") {
+  const Folder folder;
+  write_log(folder.file("flight.lcm"), flight_of(20));
+  const std::string whole = text_of(folder.file("flight.lcm"));
+  {
+    LogWriter writer(folder.file("flight.lcm"));
+    for (const char* channel : {channels::poses.name, channels::altimeter.name, channels::gimbal_state.name})
+      writer.write({500'000, channel, {1, 2, 3}});
+    writer.flush();
+  }
+  std::ofstream(folder.file("flight.lcm"), std::ios::binary | std::ios::app) << whole;
+  const ProgramRun run = run_program("$BIN/evaluate " + folder.file("flight.lcm"));
+  CHECK(run.status == 0);
+  CHECK(run.out.find("3 messages in the log can't be read") != std::string::npos);
+  CHECK(text_of(folder.file("evaluation.html")).find("3 messages in the log can't") != std::string::npos);
+  CHECK(nlohmann::json::parse(text_of(folder.file("evaluation.json")))["unreadable"] == 3);
+}
+
+TEST_CASE("A damaged reference is told as a damaged log is") {
+  const Folder folder;
+  write_log(folder.file("flight.lcm"), flight_of(20));
+  write_log(folder.file("other.lcm"), flight_of(20));
+  std::filesystem::resize_file(folder.file("other.lcm"),
+                               std::filesystem::file_size(folder.file("other.lcm")) - 100);
+  const ProgramRun run =
+      run_program("$BIN/evaluate " + folder.file("flight.lcm") + " --reference " + folder.file("other.lcm"));
+  CHECK(run.status == 1);
+  CHECK(run.err.find("other.lcm: ") != std::string::npos);
+  CHECK(run.err.find("flight.lcm: ") == std::string::npos);
+}
+
 TEST_CASE("A damaged log is evaluated as far as it can be read, with exit status 1") {
   const Folder folder;
   write_log(folder.file("flight.lcm"), flight_of(20));
