@@ -7,9 +7,19 @@
 
 #include "runtime/camera_file.hpp"
 #include "runtime/config.hpp"
+#include "sim_proc/sim_stage.hpp"
 #include "sim_proc/world/told_and_true.hpp"
 
 namespace stevedore {
+
+namespace {
+
+/// What of a standard deviation is not in another one, which is of the same error.
+double beyond(double whole, double told) {
+  return std::sqrt(std::max(0.0, whole * whole - told * told));
+}
+
+}  // namespace
 
 Aircraft aircraft_of(const FlownConfiguration& flown) {
   Aircraft aircraft;
@@ -21,13 +31,13 @@ Aircraft aircraft_of(const FlownConfiguration& flown) {
   const auto camera = camera_of(config);
   if (!camera) return aircraft;
   aircraft.laser.camera = camera->mount;
-  const auto& overrides = flown.settings;
-  if (std::find(overrides.begin(), overrides.end(), "sim.easy=true") != overrides.end()) return aircraft;
-  const world::TellingErrors told;
+  if (config.section<SimSettings>("sim").easy) return aircraft;
+  const world::TellingErrors drawn;
   aircraft.common = CommonError{camera->rectified, {}};
-  aircraft.common->sigmas.radius_sigma_percent = 100 * told.circle_share;
-  aircraft.common->sigmas.focal_sigma_percent = 100 * told.focal_share;
-  aircraft.common->sigmas.principal_point_sigma_px = told.principal_point_px;
+  PoseSettings& sigmas = aircraft.common->sigmas;
+  sigmas.radius_sigma_percent = beyond(100 * drawn.circle_share, settings.radius_sigma_percent);
+  sigmas.focal_sigma_percent = beyond(100 * drawn.focal_share, settings.focal_sigma_percent);
+  sigmas.principal_point_sigma_px = beyond(drawn.principal_point_px, settings.principal_point_sigma_px);
   return aircraft;
 }
 

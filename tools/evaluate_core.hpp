@@ -19,7 +19,8 @@ namespace stevedore {
 /// What is known of the aircraft that flew.
 struct Aircraft {
   LaserMount laser;
-  std::optional<CommonError> common;  ///< errors that all poses of a flight share
+  /// Errors that all poses of a flight share and their covariances do not hold yet.
+  std::optional<CommonError> common;
 };
 
 /// Nothing told: all at its default. Throws ConfigError.

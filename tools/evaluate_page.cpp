@@ -214,7 +214,9 @@ std::string pose_section(const PoseComparison& poses, const std::string& what) {
          "alone; "
          "focal length, principal point and the painted radius are slightly wrong all flight long. <b>With "
          "common "
-         "errors</b>: these added as large as the simulated world draws them (0.3 %, 2 px, 0.5 %); one "
+         "errors</b>: these added as large as the simulated world draws them (0.3 %, 2 px, 0.5 %), less what "
+         "the "
+         "flight's settings put into the covariances already; one "
          "flight is "
          "one draw, so this may well be 0.3 or 2.</p>\n" +
          pose_table("circles by range", rows_by_range(poses, Mark::Kind::circle)) +

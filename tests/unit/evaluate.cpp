@@ -524,6 +524,29 @@ TEST_CASE("A log with PLATFORM_ESTIMATE and no POSES is evaluated, its time from
   CHECK(to_html(evaluation).ends_with("</html>\n"));
 }
 
+TEST_CASE(
+    "Of errors that a flight shares only what its covariances lack is added, and an easy world has none") {
+  const std::string world = STEVEDORE_SOURCE_DIR "/config/world.yaml";
+  const PoseSettings all = aircraft_of({world, {}}).common.value().sigmas;
+  CHECK(all.radius_sigma_percent == Approx(0.5));
+  CHECK(all.focal_sigma_percent == Approx(0.3));
+  CHECK(all.principal_point_sigma_px == Approx(2));
+  const PoseSettings rest = aircraft_of({world,
+                                         {"pose.radius_sigma_percent=0.3", "pose.focal_sigma_percent=0.3",
+                                          "pose.principal_point_sigma_px=3"}})
+                                .common.value()
+                                .sigmas;
+  CHECK(rest.radius_sigma_percent == Approx(0.4));
+  CHECK(rest.focal_sigma_percent == 0);
+  CHECK(rest.principal_point_sigma_px == 0);
+
+  const Folder folder;
+  std::ofstream(folder.file("easy.yaml"))
+      << "camera_file: " STEVEDORE_SOURCE_DIR "/config/cameras/world_640x480.yaml\nsim: {easy: true}\n";
+  CHECK_FALSE(aircraft_of({folder.file("easy.yaml"), {}}).common);
+  CHECK(aircraft_of({folder.file("easy.yaml"), {"sim.easy=false"}}).common);
+}
+
 TEST_CASE("Without TRUTH there is the laser, and evaluate says so") {
   const Folder folder;
   FlightLog flight = flight_of(20);
