@@ -165,7 +165,6 @@ struct Row {
 
   void add(const Case& c, const LocatedFrame& frame) {
     ++renders;
-    from_4_deg += c.theta_rad >= 4 * deg;
     const CirclePose* pose = nullptr;  // of the circle; what else was found is none
     for (const LocatedMark& mark : frame.marks)
       if (mark.pose.solutions.size() == 2 &&
@@ -173,6 +172,7 @@ struct Row {
         pose = &mark.pose;
     if (!pose) return;
     ++found;
+    from_4_deg += c.theta_rad >= 4 * deg;
     const auto off = [&](std::size_t i) {
       return (pose->solutions[i].circle.normal_camera - c.circle.normal).norm();
     };
@@ -192,6 +192,12 @@ double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
                    values.end());
   return values[values.size() / 2];
+}
+
+double rms(const std::vector<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));  // NaN for none
 }
 
 /// Down, wrong by one degree in some direction.
@@ -235,13 +241,13 @@ void run_case(const Options& o, const Case& c, Row& row, std::mt19937& random) {
 }
 
 void print(const Row& row, std::size_t position, double tilt_deg) {
-  const double bound = median(row.bound_m), center = median(row.center_error_m);
+  const double bound = rms(row.bound_m), center = rms(row.center_error_m);
   const double worst =
       row.range_error_m.empty() ? NAN : *std::max_element(row.range_error_m.begin(), row.range_error_m.end());
-  fmt::print("| {} | {:2.0f} | {}/{} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {}/{} | {} |\n",
+  fmt::print("| {} | {:2.0f} | {}/{} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {}/{} | {} |\n",
              static_cast<char>('a' + position), tilt_deg, row.found, row.renders,
-             1e3 * median(row.range_error_m), 1e3 * worst, 1e3 * center, 1e3 * bound, center / bound,
-             row.wrong_from_4_deg, row.from_4_deg, row.surely_wrong);
+             1e3 * median(row.range_error_m), 1e3 * worst, 1e3 * median(row.center_error_m), 1e3 * center,
+             1e3 * bound, center / bound, row.wrong_from_4_deg, row.from_4_deg, row.surely_wrong);
   std::cout.flush();
 }
 
@@ -255,9 +261,9 @@ void run(const Options& o) {
                     : "ideal lens",
       100 * o.hidden_share, paint - ground, blur_px, noise_levels);
   fmt::print(
-      "| position | tilt, deg | found | range error, mm: median | worst | centre error, mm: median | bound, "
-      "rms | "
-      "ratio | wrong from 4 deg | wrong above 0.99 |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "| position | tilt, deg | found | range error, mm: median | worst | centre error, mm: median | rms | "
+      "bound, rms | rms error over bound | wrong from 4 deg | wrong above 0.99 |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::mt19937 random(1);
   for (std::size_t p = 0; p < positions_m.size(); ++p)
     for (const double tilt : {0.0, 5.0, 15.0, 30.0}) {

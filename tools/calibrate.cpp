@@ -48,7 +48,9 @@ int main(int argc, char** argv) {
     app.option_defaults()->always_capture_default();
     CalibrateOptions options;
     declare(app, options);
-    parse_command_line(app, argc, argv, "1 if no file could be made or the one checked does not fit");
+    parse_command_line(
+        app, argc, argv,
+        "1 if no file could be made, or the one checked does not fit or these views can't tell");
     return calibrate(options);
   });
 }

@@ -233,6 +233,15 @@ int make(const CalibrateOptions& o) {
   return 0;
 }
 
+/// Whether a file with another focal length would not explain these views as well: boards that all face the
+/// camera go with any.
+bool tells_focal_length(const Fit& fit) {
+  constexpr double misfit_share = 0.01;  // a file off by as much must not pass
+  const double variance = fit.covariance(0, 0);
+  return fit.covariance.allFinite() && variance > 0 &&
+         std::sqrt(variance) <= misfit_share * fit.camera.given.fx_px;
+}
+
 int hold_against(const CalibrateOptions& o) {
   const CameraFile file = load_camera_file(o.check);
   for (const std::string& warning : file.warnings) std::cerr << warning << '\n';
@@ -252,9 +261,19 @@ int hold_against(const CalibrateOptions& o) {
   if (c.free_rms_px > most_rms_px)
     say(fmt::format("no lens of this kind leaves less than {} px rms: another kind, or a bent board",
                     most_rms_px));
-  if (!c.fits()) say_difference(c);
-  say(o.check + (c.fits() ? ": fits" : ": does not fit"));
-  return c.fits() ? 0 : exit_failed;
+  if (!c.fits()) {
+    say_difference(c);
+    say(o.check + ": does not fit");
+    return exit_failed;
+  }
+  if (!tells_focal_length(c.as_it_is)) {
+    for (const std::string& line : missing_views(collection.views(), &c.as_it_is, collection.image_px()))
+      say("missing: " + line);
+    say(o.check + ": not known: these views would go with other focal lengths as well");
+    return exit_failed;
+  }
+  say(o.check + ": fits");
+  return 0;
 }
 
 Board stated_board(const CalibrateOptions& o) {

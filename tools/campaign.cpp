@@ -151,12 +151,14 @@ int fly_many(const Options& options) {
 
 int sum_up(const Options& options) {
   std::vector<MissionLine> lines;
+  std::string torn;
   for (const std::string& path : options.summary) {
     const MissionLines more = read_mission_lines(path);
+    if (more.is_torn) torn += fmt::format("left out: a torn last line of {}\n", path);
     lines.insert(lines.end(), more.lines.begin(), more.lines.end());
   }
   if (lines.empty()) throw std::runtime_error("no mission's line is in " + options.summary.front());
-  fmt::print("{}", summary_of(lines));
+  fmt::print("{}{}", summary_of(lines), torn);
   return 0;
 }
 

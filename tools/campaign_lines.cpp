@@ -21,6 +21,12 @@
 namespace stevedore {
 namespace {
 
+/// Whether a line that can't be read may be one of ours that was torn.
+bool begins_as_ours(const std::string& text) {
+  const std::string beginning = "{\"seed\":";
+  return text.starts_with(beginning) || beginning.starts_with(text);
+}
+
 /// Finer than anything is measured, and short.
 double to_four_digits(double value) {
   return std::round(value * 1e4) / 1e4;
@@ -128,8 +134,15 @@ MissionLines parse_mission_lines(const std::string& text, const std::string& nam
     ++number;
     if (auto line = mission_line_of(text.substr(begin, end - begin)))
       result.lines.push_back(std::move(*line));
-    else if (is_last)
+    else if (is_last && begins_as_ours(text.substr(begin, end - begin))) {
+      result.is_torn = true;
       return result;
+    } else if (is_last)
+      throw std::runtime_error(
+          fmt::format("{}:{}: not a campaign's line, so this is another file, or a damaged one: name "
+                      "another, or take the "
+                      "line out",
+                      name, number));
     else
       throw std::runtime_error(fmt::format(
           "{}:{}: not a campaign's line; take the line out, and its mission is flown again", name, number));

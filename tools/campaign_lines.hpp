@@ -34,9 +34,11 @@ struct MissionLines {
   std::vector<MissionLine> lines;
   std::size_t sound_bytes = 0;  ///< what follows is a torn last line
   bool is_closed = true;        ///< the last line has its end
+  bool is_torn = false;         ///< one line was left out
 };
 
-/// name: for messages. Throws std::runtime_error where anything but the last line can't be read.
+/// name: for messages. Throws std::runtime_error where anything but a torn last line of a campaign can't be
+/// read.
 MissionLines parse_mission_lines(const std::string& text, const std::string& name);
 /// Throws std::runtime_error.
 MissionLines read_mission_lines(const std::string& path);

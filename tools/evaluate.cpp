@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "runtime/command_line.hpp"
 #include "tools/evaluate_core.hpp"
@@ -44,7 +45,7 @@ int run(int argc, char** argv) {
       "Without a configuration errors that camera and paint give to all poses of a flight count as each "
       "pose's own. "
       "TRUTH is only there in logs of the simulated world.");
-  stevedore::parse_command_line(app, argc, argv, "1 if the log is damaged or nothing in it can be evaluated");
+  stevedore::parse_command_line(app, argc, argv, "1 if a log is damaged or nothing in it can be evaluated");
 
   const stevedore::Evaluation evaluation =
       stevedore::evaluate(log, stevedore::flown_configuration(log, config, settings), reference);
@@ -52,13 +53,21 @@ int run(int argc, char** argv) {
   std::error_code ignored;  // the file says whether the folder is there
   fs::create_directories(folder, ignored);
   write_file(folder / "evaluation.html", stevedore::to_html(evaluation));
-  write_file(folder / "evaluation.json", stevedore::to_json(evaluation).dump(2) + "\n");
+  const nlohmann::ordered_json json = stevedore::to_json(evaluation);
+  // a file's name is any bytes
+  write_file(folder / "evaluation.json",
+             json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   fmt::print("{}\nKept: {}, {}\n", stevedore::to_text(evaluation), (folder / "evaluation.html").string(),
              (folder / "evaluation.json").string());
-  if (evaluation.flight.damage.empty()) return 0;
   std::fflush(stdout);
-  fmt::print(stderr, "{}: {}\n", log, stevedore::describe(evaluation.flight.damage));
-  return stevedore::exit_failed;
+  int status = 0;
+  for (const auto& [path, damage] :
+       {std::pair(log, evaluation.flight.damage), std::pair(reference, evaluation.reference_damage)}) {
+    if (damage.empty()) continue;
+    fmt::print(stderr, "{}: {}\n", path, stevedore::describe(damage));
+    status = stevedore::exit_failed;
+  }
+  return status;
 }
 
 }  // namespace

@@ -18,10 +18,11 @@ struct Plane {
   [[nodiscard]] double below_m() const { return normal.dot(point) / normal.z(); }
 };
 
+/// Of an even count the mean of the two in the middle: through two circles goes neither one's height.
 double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
 /// Through three circles or more, with their tilt; through one or two, or circles that are not in a plane:
@@ -129,10 +130,10 @@ double noise_m(double height_m) {
 }
 
 /// Whether the laser reads short by the height of something that stands on a deck.
-bool is_on_thing(double vision_m, double laser_m) {
+bool is_on_thing(double height_m, double laser_m) {
   constexpr double tallest_m = 2.2;  // a person in boots and helmet; a bucket with its handle is 0.42 m
-  const double short_m = vision_m - laser_m;
-  return short_m > noise_m(vision_m) && short_m < tallest_m + noise_m(vision_m);
+  const double short_m = height_m - laser_m;
+  return short_m > noise_m(height_m) && short_m < tallest_m + noise_m(height_m);
 }
 
 void sum_up(AltitudeComparison& result) {
@@ -140,9 +141,10 @@ void sum_up(AltitudeComparison& result) {
   std::vector<double> laser, laser_low, truth, laser_truth;
   for (const AltitudeSample& sample : result.samples) {
     if (sample.truth_m) truth.push_back(sample.vision_m - *sample.truth_m);
-    result.on_thing += sample.on_thing;
-    if (sample.on_thing && sample.truth_m)
-      result.confirmed += std::abs(sample.vision_m - *sample.truth_m) <= noise_m(sample.vision_m);
+    if (sample.on_thing) {
+      ++result.on_thing;
+      result.on_thing_low += *sample.laser_m < low_m;
+    }
     if (!sample.laser_m || sample.on_thing) continue;
     laser.push_back(sample.vision_m - *sample.laser_m);
     if (*sample.laser_m < low_m) laser_low.push_back(laser.back());
@@ -174,7 +176,8 @@ AltitudeComparison compare_altitudes(const FlightLog& flight, const LaserMount& 
                          });
     if (is_near) {
       sample.laser_m = Plane{*hit_m, deck.normal}.below_m();
-      sample.on_thing = is_on_thing(sample.vision_m, *sample.laser_m);
+      // where truth is known, what vision reads too high is its own error
+      sample.on_thing = is_on_thing(sample.truth_m.value_or(sample.vision_m), *sample.laser_m);
     }
     result.samples.push_back(sample);
   }

@@ -18,13 +18,15 @@ struct AltitudeSample {
   double vision_m = 0;
   std::optional<double> laser_m;  ///< nothing: no reading, or the beam does not fall near a seen circle
   std::optional<double> truth_m;
-  bool on_thing = false;  ///< the laser reads short by the height of something that stands on the deck
+  /// The laser reads short of TRUTH by the height of something that stands on the deck; without TRUTH short
+  /// of vision, which may as well be vision reading high.
+  bool on_thing = false;
 };
 
 struct AltitudeComparison {
   std::vector<AltitudeSample> samples;
-  std::int64_t on_thing = 0;   ///< laser readings of something on the deck; in none of these spreads
-  std::int64_t confirmed = 0;  ///< of them, those where TRUTH says that vision was right
+  std::int64_t on_thing = 0;      ///< laser readings of something on the deck; in no spread of the laser
+  std::int64_t on_thing_low = 0;  ///< of them, those below 2 m
   Spread vision_less_laser_m;
   Spread vision_less_laser_low_m;  ///< below 2 m, where the paper has less than 0.2 m
   Spread vision_less_truth_m;

@@ -7,9 +7,19 @@
 
 #include "runtime/camera_file.hpp"
 #include "runtime/config.hpp"
+#include "sim_proc/sim_stage.hpp"
 #include "sim_proc/world/told_and_true.hpp"
 
 namespace stevedore {
+
+namespace {
+
+/// What of a standard deviation is not in another one, which is of the same error.
+double beyond(double whole, double told) {
+  return std::sqrt(std::max(0.0, whole * whole - told * told));
+}
+
+}  // namespace
 
 Aircraft aircraft_of(const FlownConfiguration& flown) {
   Aircraft aircraft;
@@ -21,13 +31,13 @@ Aircraft aircraft_of(const FlownConfiguration& flown) {
   const auto camera = camera_of(config);
   if (!camera) return aircraft;
   aircraft.laser.camera = camera->mount;
-  const auto& overrides = flown.settings;
-  if (std::find(overrides.begin(), overrides.end(), "sim.easy=true") != overrides.end()) return aircraft;
-  const world::TellingErrors told;
+  if (config.section<SimSettings>("sim").easy) return aircraft;
+  const world::TellingErrors drawn;
   aircraft.common = CommonError{camera->rectified, {}};
-  aircraft.common->sigmas.radius_sigma_percent = 100 * told.circle_share;
-  aircraft.common->sigmas.focal_sigma_percent = 100 * told.focal_share;
-  aircraft.common->sigmas.principal_point_sigma_px = told.principal_point_px;
+  PoseSettings& sigmas = aircraft.common->sigmas;
+  sigmas.radius_sigma_percent = beyond(100 * drawn.circle_share, settings.radius_sigma_percent);
+  sigmas.focal_sigma_percent = beyond(100 * drawn.focal_share, settings.focal_sigma_percent);
+  sigmas.principal_point_sigma_px = beyond(drawn.principal_point_px, settings.principal_point_sigma_px);
   return aircraft;
 }
 
@@ -43,8 +53,11 @@ Evaluation evaluate(const std::string& log, const FlownConfiguration& flown, con
     evaluation.platforms = compare_platforms(flight);
     evaluation.drops = find_drops(flight.truth, *evaluation.poses);
   }
-  if (!reference.empty())
-    evaluation.reference = compare_poses(flight.poses, marks_of(read_flight(reference).poses), std::nullopt);
+  if (!reference.empty()) {
+    const FlightLog other = read_flight(reference);
+    evaluation.reference = compare_poses(flight.poses, marks_of(other.poses), std::nullopt);
+    evaluation.reference_damage = other.damage;
+  }
   evaluation.altitudes = compare_altitudes(flight, aircraft.laser);
   evaluation.to_poses_ms = spread_of(flight.to_poses_ms);
   evaluation.to_mission_ms = spread_of(flight.to_mission_ms);
@@ -143,14 +156,38 @@ void judge_platforms(const PlatformComparison& platforms, Verdicts& verdicts) {
                "at most half of what holding still gives");
 }
 
-void judge_altitude(const AltitudeComparison& altitudes, Verdicts& verdicts) {
+/// has_truth: what was left out is known to be things; else it may hold vision's own errors, and is told.
+void judge_altitude(const AltitudeComparison& altitudes, bool has_truth, Verdicts& verdicts) {
   const Spread &low = altitudes.vision_less_laser_low_m, &all = altitudes.vision_less_laser_m;
+  const auto tell_left_out = [&](std::int64_t count) {
+    if (!has_truth && count > 0)
+      verdicts.list.back().text +=
+          fmt::format("; left out: {} in which the laser is short of vision, on a thing or not", count);
+  };
   verdicts.add(low.count, low.worst < 0.2, "Altitude below 2 m, vision against laser",
                fmt::format("worst {:.2f} m, rms {:.3f} m ({} frames)", low.worst, low.rms, low.count),
                "worst below 0.2 m, as in the paper's Fig. 9");
+  tell_left_out(altitudes.on_thing_low);
   verdicts.add(all.count, all.p95 < 0.2, "Altitude at all heights, vision against laser",
                fmt::format("95 % within {:.2f} m, worst {:.2f} m ({} frames)", all.p95, all.worst, all.count),
                "95 % within 0.2 m");
+  tell_left_out(altitudes.on_thing);
+}
+
+/// A frame without an answer has no latency: it is counted beside them.
+void judge_latency(const Spread& late_ms, const Report& report, Verdicts& verdicts) {
+  constexpr double most_unanswered_percent = 1;  // some are under way at the log's beginning and end
+  const double limit_ms = 1e3 * channels::mission.max_age_s;
+  const double unanswered_percent = percent(report.frames - report.answered, report.frames);
+  verdicts.add(
+      late_ms.count, late_ms.worst < limit_ms && unanswered_percent <= most_unanswered_percent,
+      "From capture to MISSION",
+      fmt::format("median {:.0f} ms, 95 % below {:.0f} ms, worst {:.0f} ms; {} of {} frames answered",
+                  late_ms.median, late_ms.p95, late_ms.worst, report.answered, report.frames),
+      fmt::format(
+          "worst below {:.0f} ms, from which the pilot calls it stale; at most {} % of frames without "
+          "an answer",
+          limit_ms, most_unanswered_percent));
 }
 
 }  // namespace
@@ -159,13 +196,8 @@ std::vector<Verdict> verdicts_of(const Evaluation& evaluation) {
   Verdicts verdicts;
   if (evaluation.poses) judge_poses(*evaluation.poses, verdicts);
   if (evaluation.platforms) judge_platforms(*evaluation.platforms, verdicts);
-  judge_altitude(evaluation.altitudes, verdicts);
-  const Spread& late_ms = evaluation.to_mission_ms;
-  const double limit_ms = 1e3 * channels::mission.max_age_s;
-  verdicts.add(late_ms.count, late_ms.worst < limit_ms, "From capture to MISSION",
-               fmt::format("median {:.0f} ms, 95 % below {:.0f} ms, worst {:.0f} ms", late_ms.median,
-                           late_ms.p95, late_ms.worst),
-               fmt::format("worst below {:.0f} ms, from which the pilot calls it stale", limit_ms));
+  judge_altitude(evaluation.altitudes, evaluation.has_truth(), verdicts);
+  judge_latency(evaluation.to_mission_ms, evaluation.flight.report, verdicts);
   return std::move(verdicts.list);
 }
 
@@ -213,6 +245,7 @@ Json to_json(const PoseComparison& poses) {
     bins.push_back({{"count", bin.count}, {"right", bin.right}, {"sum", bin.sum}});
   return {{"frames", poses.frames},
           {"frames_without_marks", poses.frames_alone},
+          {"frames_without_poses", poses.frames_unanswered},
           {"poses", poses.poses},
           {"compared", poses.samples.size()},
           {"of_nothing", poses.of_nothing},
@@ -263,7 +296,6 @@ Json to_json(const PlatformComparison& platforms) {
 Json to_json(const AltitudeComparison& altitudes) {
   return {{"frames", altitudes.samples.size()},
           {"laser_on_thing", altitudes.on_thing},
-          {"laser_on_thing_confirmed", altitudes.confirmed},
           {"vision_less_laser_m", to_json(altitudes.vision_less_laser_m)},
           {"vision_less_laser_below_2m", to_json(altitudes.vision_less_laser_low_m)},
           {"vision_less_truth_m", to_json(altitudes.vision_less_truth_m)},
@@ -309,6 +341,7 @@ Json to_json(const Evaluation& evaluation) {
   Json json{{"log", evaluation.log},
             {"duration_s", evaluation.flight.report.duration_s},
             {"frames", evaluation.flight.report.frames},
+            {"unreadable", evaluation.flight.unreadable},
             {"has_truth", evaluation.has_truth()},
             {"verdicts", verdicts}};
   if (evaluation.poses) json["poses"] = to_json(*evaluation.poses);
@@ -362,6 +395,9 @@ std::string to_text(const Evaluation& evaluation) {
     text += fmt::format("{:<8} {}: {}\n", word_of(verdict.says), verdict.subject, verdict.text);
     if (verdict.says == Verdict::Says::poor) text += fmt::format("         wanted: {}\n", verdict.limit);
   }
+  if (evaluation.flight.unreadable > 0)
+    text += fmt::format("\n{} messages in the log can't be read: damaged, or of another version.\n",
+                        evaluation.flight.unreadable);
   return text;
 }
 

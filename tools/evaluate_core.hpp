@@ -19,7 +19,8 @@ namespace stevedore {
 /// What is known of the aircraft that flew.
 struct Aircraft {
   LaserMount laser;
-  std::optional<CommonError> common;  ///< errors that all poses of a flight share
+  /// Errors that all poses of a flight share and their covariances do not hold yet.
+  std::optional<CommonError> common;
 };
 
 /// Nothing told: all at its default. Throws ConfigError.
@@ -37,6 +38,7 @@ struct Verdict {
 struct Evaluation {
   std::string log;
   std::string reference_log;  ///< empty: none
+  std::vector<DamagedPart> reference_damage;
   FlightLog flight;
   std::optional<PoseComparison> poses;      ///< against TRUTH
   std::optional<PoseComparison> reference;  ///< against the poses of the other log

@@ -9,15 +9,28 @@
 namespace stevedore {
 namespace {
 
+/// false: it is on this channel and can't be read.
 template <class M>
-void keep(const LogEvent& event, const Channel<M>& channel, std::vector<M>& messages) {
-  if (auto message = decode(event, channel)) messages.push_back(*std::move(message));
+bool keep(const LogEvent& event, const Channel<M>& channel, std::vector<M>& messages) {
+  if (event.channel != channel.name) return true;
+  auto message = decode(event, channel);
+  if (message) messages.push_back(*std::move(message));
+  return message.has_value();
 }
 
 template <class M>
 void sort_by_time(std::vector<M>& messages) {
   std::stable_sort(messages.begin(), messages.end(),
                    [](const M& a, const M& b) { return a.header.utime < b.header.utime; });
+}
+
+/// Of a message on one of this system's channels; 0: none that could be.
+std::int64_t stamp_of(const LogEvent& event) {
+  static const std::vector<ChannelInfo> channels = channel_table();
+  const bool is_ours = std::any_of(channels.begin(), channels.end(),
+                                   [&](const ChannelInfo& each) { return each.name == event.channel; });
+  const auto header = is_ours ? decode_header(event.bytes) : std::nullopt;
+  return header ? std::max<std::int64_t>(0, header->utime) : 0;
 }
 
 /// From capture to the first answer to each frame. Files played as fast as possible carry stamps of their own
@@ -50,16 +63,18 @@ FlightLog read_flight(const std::string& path) {
   Latencies to_poses, to_mission;
   while (const auto event = reader.next()) {
     summary.add(*event);
+    if (flight.start_utime == 0) flight.start_utime = stamp_of(*event);
     keep(*event, channels::truth, flight.truth);
     keep(*event, channels::poses, flight.poses);
     keep(*event, channels::platform_estimate, flight.estimates);
-    keep(*event, channels::altimeter, flight.altimeter);
+    flight.unreadable += !keep(*event, channels::altimeter, flight.altimeter);
     keep(*event, channels::vehicle_state, flight.vehicle);
-    keep(*event, channels::gimbal_state, flight.gimbal);
+    flight.unreadable += !keep(*event, channels::gimbal_state, flight.gimbal);
     to_poses.add(*event, channels::poses.name);
     to_mission.add(*event, channels::mission.name);
   }
   flight.report = summary.report();
+  flight.unreadable += flight.report.unreadable;  // of the other channels
   flight.damage = reader.damage();
   if (flight.poses.empty() && flight.estimates.empty()) {
     throw std::runtime_error(fmt::format(

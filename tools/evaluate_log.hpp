@@ -11,6 +11,9 @@
 namespace stevedore {
 
 struct FlightLog {
+  /// Stamp of the log's first message that has one: the zero of seconds, as `explain` and `report` count them
+  /// but for what it took to log it.
+  std::int64_t start_utime = 0;
   std::vector<truth_t> truth;
   std::vector<poses_t> poses;
   std::vector<platform_estimate_t> estimates;
@@ -19,6 +22,7 @@ struct FlightLog {
   std::vector<gimbal_state_t> gimbal;
   Report report;  ///< frames, losses, latencies
   std::vector<DamagedPart> damage;
+  std::int64_t unreadable = 0;        ///< messages that are not of their channel's type, of what is looked at
   std::vector<double> to_poses_ms;    ///< capture to POSES, of each frame
   std::vector<double> to_mission_ms;  ///< capture to the first MISSION of each frame
 };

@@ -181,6 +181,9 @@ std::string match_section(const PoseComparison& poses, const std::string& what) 
              {"poses and marks", "count", ""},
              {{"frames compared", std::to_string(poses.frames), ""},
               {"frames with poses alone", std::to_string(poses.frames_alone), ""},
+              {"frames without POSES, between the first and the last",
+               std::to_string(poses.frames_unanswered),
+               share(poses.frames_unanswered, poses.frames + poses.frames_unanswered)},
               {"measured poses", std::to_string(poses.poses), ""},
               {"of them compared", std::to_string(poses.samples.size()),
                share(static_cast<std::int64_t>(poses.samples.size()), poses.poses)},
@@ -211,7 +214,9 @@ std::string pose_section(const PoseComparison& poses, const std::string& what) {
          "alone; "
          "focal length, principal point and the painted radius are slightly wrong all flight long. <b>With "
          "common "
-         "errors</b>: these added as large as the simulated world draws them (0.3 %, 2 px, 0.5 %); one "
+         "errors</b>: these added as large as the simulated world draws them (0.3 %, 2 px, 0.5 %), less what "
+         "the "
+         "flight's settings put into the covariances already; one "
          "flight is "
          "one draw, so this may well be 0.3 or 2.</p>\n" +
          pose_table("circles by range", rows_by_range(poses, Mark::Kind::circle)) +
@@ -222,7 +227,7 @@ std::string pose_section(const PoseComparison& poses, const std::string& what) {
 }
 
 double seconds_since(const Evaluation& evaluation, std::int64_t utime) {
-  return static_cast<double>(utime - evaluation.flight.poses.front().header.utime) * 1e-6;
+  return static_cast<double>(utime - evaluation.flight.start_utime) * 1e-6;
 }
 
 std::vector<std::string> spread_row(const std::string& name, const Spread& spread, double unit) {
@@ -258,8 +263,9 @@ std::string altitude_section(const Evaluation& evaluation) {
          "over the "
          "deck. The laser looks down from elsewhere on the aircraft and along its own axis, so its reading "
          "is "
-         "carried over by the lever arm, the aircraft's tilt and the deck's. Only readings within 1 m of a "
-         "circle in sight count. Where the beam falls on a thing on the deck (short by more than noise, and "
+         "carried over by the lever arm, the aircraft's tilt and the deck's. Only readings within 0.6 m of "
+         "the middle of a circle in sight count. Where the beam falls on a thing on the deck (short by more "
+         "than noise, and "
          "by "
          "no more than a person is tall) it is marked, and left out of the figures.</p>\n" +
          plots({{"Altitude in flight", "time, s", "camera over the deck, m", {truth, vision, laser, thing}},
@@ -269,10 +275,8 @@ std::string altitude_section(const Evaluation& evaluation) {
                 spread_row("vision - laser, below 2 m", altitudes.vision_less_laser_low_m, 1),
                 spread_row("vision - truth", altitudes.vision_less_truth_m, 1),
                 spread_row("laser - truth", altitudes.laser_less_truth_m, 1)}) +
-         fmt::format("<p>{} laser readings on a cargo or another thing{}.</p>\n", altitudes.on_thing,
-                     evaluation.has_truth() ? fmt::format("; in {} of them TRUTH says that vision was right",
-                                                          altitudes.confirmed)
-                                            : "");
+         fmt::format("<p>{} laser readings on a cargo or another thing, {}.</p>\n", altitudes.on_thing,
+                     evaluation.has_truth() ? "by TRUTH" : "if vision does not read high there");
 }
 
 std::string platform_section(const Evaluation& evaluation) {
@@ -306,9 +310,8 @@ std::string platform_section(const Evaluation& evaluation) {
                 spread_row("velocity, m/s", platforms.velocity_mps, 1),
                 spread_row("a second ahead, m", platforms.predicted_m, 1),
                 spread_row("the same, held to stand still, m", platforms.held_m, 1)}) +
-         fmt::format(
-             "<p>NEES / 6 of position and velocity: {:.2f} (1: covariance exact; below: careful).</p>\n",
-             platforms.nees6) +
+         fmt::format("<p>NEES / 6 of position and velocity: {} (1: covariance exact; below: careful).</p>\n",
+                     ratio(platforms.nees6)) +
          "<p>What is said of the slots, counted for each slot and frame: while slot numbers are said to be "
          "certain, "
          "and else.</p>\n" +
@@ -372,6 +375,9 @@ std::string to_html(const Evaluation& evaluation) {
           ? "Against the truth of the simulated world, and its laser."
           : "The log has no TRUTH: only the laser, latencies and a second log can be compared "
             "with.");
+  if (evaluation.flight.unreadable > 0)
+    html += fmt::format("<p>{} messages in the log can't be read: damaged, or of another version.</p>\n",
+                        evaluation.flight.unreadable);
   html += verdict_section(evaluation);
   if (evaluation.poses)
     html += table_one_section(*evaluation.poses) + pose_section(*evaluation.poses, "TRUTH");

@@ -159,7 +159,7 @@ void sum_up(PlatformComparison& result) {
   result.velocity_mps = spread_of(velocity_mps);
   result.predicted_m = spread_of(predicted_m);
   result.held_m = spread_of(held_m);
-  result.nees6 = spread_of(nees6).mean;
+  if (!nees6.empty()) result.nees6 = spread_of(nees6).mean;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -42,7 +43,7 @@ struct PlatformComparison {
   std::int64_t in_view = 0, in_view_certain = 0;  ///< estimates of a deck seen in the last half second
   /// Below 6 m and after 3 s in view: what lowering a load needs.
   Spread position_m, velocity_mps, predicted_m, held_m;
-  double nees6 = 0;  ///< mean of the same
+  double nees6 = std::numeric_limits<double>::quiet_NaN();  ///< mean of the same; NaN: none
 };
 
 PlatformComparison compare_platforms(const FlightLog& flight);

@@ -4,9 +4,11 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "pose_proc/common_error.hpp"
 
@@ -113,6 +115,7 @@ PoseSample sample_of(std::int64_t utime, const pose_t& pose, const Mark& mark,
   sample.theta_rad = mark.theta_rad();
   sample.range_error_m = chosen_m.norm() - sample.range_m;
   sample.center_error_m = (chosen_m - mark.center_camera_m).norm();
+  sample.has_two = pose.solutions.size() > 1;
   sample.is_wrong = right != 0;
   sample.probability = pose.solutions.front().probability;
   const circle_solution_t& solution = pose.solutions[right];
@@ -166,6 +169,23 @@ void add_probabilities(const pose_t& pose, const Mark& mark, std::vector<Probabi
   }
 }
 
+std::int64_t whole_of(const std::vector<Mark>& marks) {
+  return std::count_if(marks.begin(), marks.end(), [](const Mark& mark) { return mark.is_whole; });
+}
+
+/// Between the first and the last POSES: before and after, nobody was there to answer.
+void count_unanswered(const std::vector<poses_t>& poses, const MarksByTime& marks, PoseComparison& result) {
+  std::set<std::int64_t> answered;
+  for (const poses_t& frame : poses) answered.insert(frame.header.utime);
+  if (answered.empty()) return;
+  const auto last = marks.upper_bound(*answered.rbegin());
+  for (auto frame = marks.lower_bound(*answered.begin()); frame != last; ++frame) {
+    if (answered.contains(frame->first)) continue;
+    ++result.frames_unanswered;
+    result.whole_circles += whole_of(frame->second);
+  }
+}
+
 void compare_frame(const poses_t& frame, const std::vector<Mark>& marks,
                    const std::optional<CommonError>& common, IdBook& ids, PoseComparison& result) {
   struct Claim {
@@ -212,7 +232,7 @@ void compare_frame(const poses_t& frame, const std::vector<Mark>& marks,
     result.samples.push_back(sample_of(frame.header.utime, *claim.pose, mark, common));
     add_probabilities(*claim.pose, mark, result.probabilities);
   }
-  for (const Mark& mark : marks) result.whole_circles += mark.is_whole;
+  result.whole_circles += whole_of(marks);
 }
 
 /// Name and condition of each bin [edges[i], edges[i + 1]) of a value.
@@ -290,6 +310,7 @@ PoseComparison compare_poses(const std::vector<poses_t>& poses, const MarksByTim
     ++result.frames;
     compare_frame(frame, here->second, common, ids, result);
   }
+  count_unanswered(poses, marks, result);
   return result;
 }
 
@@ -311,7 +332,7 @@ PoseRow row_of(std::string name, const std::vector<PoseSample>& samples) {
     center_m.push_back(sample.center_error_m);
     if (sample.nees3) nees.push_back(*sample.nees3);
     if (sample.nees3_with) nees_with.push_back(*sample.nees3_with);
-    if (sample.theta_rad < 4 * deg) continue;
+    if (sample.theta_rad < 4 * deg || !sample.has_two) continue;
     ++row.judged;
     row.wrong += sample.is_wrong;
     row.wrong_above_99 += sample.is_wrong && sample.probability > 0.99;

@@ -45,6 +45,7 @@ struct PoseSample {
   double theta_rad = 0;
   double range_error_m = 0;  ///< positive: said to be farther away than it is
   double center_error_m = 0;
+  bool has_two = false;              ///< solutions; of one alone none is the wrong one
   bool is_wrong = false;             ///< the other solution's normal is nearer to the mark's
   double probability = 1;            ///< of the chosen solution, as published
   std::optional<double> nees3;       ///< NEES / 3 of the right solution's centre; nothing: no covariance
@@ -59,21 +60,22 @@ struct ProbabilityBin {
 
 struct PoseComparison {
   std::vector<PoseSample> samples;
-  std::int64_t frames = 0;            ///< with POSES and marks of the same capture time
-  std::int64_t frames_alone = 0;      ///< with POSES only
-  std::int64_t poses = 0;             ///< measured, with a solution
-  std::int64_t without_solution = 0;  ///< measured, but no pose could be told
-  std::int64_t predicted = 0;         ///< carried on by the tracker; not compared
-  std::int64_t ambiguous = 0;         ///< two marks fit about as well; not compared
-  std::int64_t doubled = 0;           ///< another pose is nearer to the same mark; not compared
-  std::int64_t of_nothing = 0;        ///< no mark is there
-  std::int64_t other_size = 0;        ///< taken for a circle and is a cargo's rim, or the other way
-  std::int64_t whole_circles = 0;     ///< seen whole, summed over the frames
-  std::int64_t whole_found = 0;       ///< of them, those with a pose
-  std::int64_t marks = 0;             ///< that ever had a pose
-  std::int64_t switches = 0;          ///< a mark has another track id than within the last 2 s
-  std::int64_t after_exit = 0;        ///< the same after more than 2 s; allowed
-  std::int64_t taken_over = 0;        ///< a track id that was another mark's before
+  std::int64_t frames = 0;             ///< with POSES and marks of the same capture time
+  std::int64_t frames_alone = 0;       ///< with POSES only
+  std::int64_t frames_unanswered = 0;  ///< with marks only, between the first POSES and the last
+  std::int64_t poses = 0;              ///< measured, with a solution
+  std::int64_t without_solution = 0;   ///< measured, but no pose could be told
+  std::int64_t predicted = 0;          ///< carried on by the tracker; not compared
+  std::int64_t ambiguous = 0;          ///< two marks fit about as well; not compared
+  std::int64_t doubled = 0;            ///< another pose is nearer to the same mark; not compared
+  std::int64_t of_nothing = 0;         ///< no mark is there
+  std::int64_t other_size = 0;         ///< taken for a circle and is a cargo's rim, or the other way
+  std::int64_t whole_circles = 0;      ///< seen whole, summed over the frames, also those without POSES
+  std::int64_t whole_found = 0;        ///< of them, those with a pose
+  std::int64_t marks = 0;              ///< that ever had a pose
+  std::int64_t switches = 0;           ///< a mark has another track id than within the last 2 s
+  std::int64_t after_exit = 0;         ///< the same after more than 2 s; allowed
+  std::int64_t taken_over = 0;         ///< a track id that was another mark's before
   std::vector<ProbabilityBin> probabilities = std::vector<ProbabilityBin>(10);
 };
 
@@ -94,7 +96,7 @@ struct PoseRow {
   std::string name;
   Spread range_m;
   Spread center_m;
-  std::int64_t judged = 0;  ///< theta >= 4 deg: below, the two solutions are about the same
+  std::int64_t judged = 0;  ///< with two solutions, theta >= 4 deg: below, they are about the same
   std::int64_t wrong = 0;
   std::int64_t wrong_above_99 = 0;  ///< of them, those published with more than 0.99
   double nees3 = 0;                 ///< means; NaN: none

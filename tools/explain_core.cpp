@@ -23,12 +23,13 @@ std::optional<Number> number_of(const std::string& text) {
   return number;
 }
 
-/// Goes through the log with the newest MISSION in hand.
+/// Goes through the log with the newest MISSION in hand. Stamps are not in the log's order: one that a
+/// VEHICLE_STATE caused may stand before that of an older frame.
 class Reading {
  public:
   explicit Reading(const Instant& instant) : instant_(instant) {}
 
-  /// false: this event is later than the instant.
+  /// false: nothing from this event on is of the instant.
   bool take(const LogEvent& event) {
     if (!first_utime_) first_utime_ = event.utime;
     log_s_ = static_cast<double>(event.utime - *first_utime_) * 1e-6;
@@ -39,24 +40,26 @@ class Reading {
       ++unreadable_;
       return true;
     }
-    if (!first_said_) first_said_ = mission->header.utime;
-    if (instant_.utime && mission->header.utime > *instant_.utime) return false;
+    constexpr std::int64_t most_out_of_order_us =
+        1'000'000;  // a frame that late is nobody's business any more
+    const std::int64_t utime = mission->header.utime;
+    first_said_ = std::min(first_said_.value_or(utime), utime);
+    last_said_ = std::max(last_said_.value_or(utime), utime);
     const bool approaches = mission->phase == mission_t::PHASE_APPROACH;
-    const bool did = said_ && said_->mission.phase == mission_t::PHASE_APPROACH;
-    if (!said_) said_.emplace();
-    if (approaches && !did) said_->decision = Said::Decision{log_s_, mission->reason};
-    if (mission->phase == mission_t::PHASE_SEARCH) said_->decision.reset();
-    said_->log_s = log_s_;
-    said_->mission = std::move(*mission);
+    if (approaches && !approached_) decision_ = Said::Decision{log_s_, mission->reason};
+    if (mission->phase == mission_t::PHASE_SEARCH) decision_.reset();
+    approached_ = approaches;
+    if (instant_.utime && utime > *instant_.utime) return utime - *instant_.utime < most_out_of_order_us;
+    if (instant_.utime && said_ && utime < said_->mission.header.utime) return true;
+    said_ = Said{log_s_, std::move(*mission), 0, decision_};
     return true;
   }
 
   /// ended: the log did, before the instant.
   Said result(bool ended) {
     if (!first_utime_) throw NoAnswer("the log is empty");
-    if (ended && !said_) throw NoAnswer(nothing_said("in it"));
-    const bool beyond =
-        ended && (instant_.utime ? said_->mission.header.utime < *instant_.utime : log_s_ < *instant_.log_s);
+    if (ended && !last_said_) throw NoAnswer(nothing_said("in it"));
+    const bool beyond = ended && (instant_.utime ? *last_said_ < *instant_.utime : log_s_ < *instant_.log_s);
     if (beyond) throw UsageError(outside());
     if (!said_ && instant_.utime)
       throw UsageError(
@@ -73,7 +76,7 @@ class Reading {
     return fmt::format(
         "TIME is beyond the log's end: the log is {:.2f} s long, its last MISSION {}{}; name an instant "
         "within it",
-        log_s_, utime_prefix, said_->mission.header.utime);
+        log_s_, utime_prefix, *last_said_);
   }
   [[nodiscard]] std::string nothing_said(const char* where) const {
     if (unreadable_ > 0)
@@ -89,7 +92,10 @@ class Reading {
   }
 
   const Instant instant_;
-  std::optional<std::int64_t> first_utime_, first_said_;
+  std::optional<std::int64_t> first_utime_;
+  std::optional<std::int64_t> first_said_, last_said_;  ///< by their stamps
+  bool approached_ = false;                             ///< the MISSION before did
+  std::optional<Said::Decision> decision_;
   double log_s_ = 0;
   int unreadable_ = 0;
   std::optional<Said> said_;

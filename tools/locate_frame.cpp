@@ -61,10 +61,11 @@ std::optional<Ellipse> Locator::in_given(const Ellipse& rectified) const {
 std::vector<LocatedMark> Locator::locate(const std::vector<Detection>& detections) const {
   std::vector<LocatedMark> located;
   std::vector<MarkImage> marks;
-  for (const Detection& detection : detections) {
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    const Detection& detection = detections[i];
     const auto given = in_given(detection.outer.ellipse);
     if (!given) continue;
-    located.push_back({detection, *given, {}});
+    located.push_back({detection, *given, {}, static_cast<int>(i)});
     const bool radius_known = (detection.label == Label::circle && settings_.radius_m) ||
                               (detection.label == Label::cargo && settings_.cargo_radius_m);
     marks.push_back({detection.outer,
@@ -87,7 +88,8 @@ std::vector<LocatedMark> Locator::locate(const std::vector<Detection>& detection
   return located;
 }
 
-LocatedTarget Locator::follow(int index, const cv::Mat& image, const std::vector<Detection>& found) {
+LocatedTarget Locator::follow(int index, const cv::Mat& image, const std::vector<Detection>& found,
+                              const std::vector<LocatedMark>& marks) {
   const TrackerResult result = tracker_.step(index / frames_per_second, image, found);
   LocatedTarget target;
   target.status = result.target.status;
@@ -97,8 +99,16 @@ LocatedTarget Locator::follow(int index, const cv::Mat& image, const std::vector
   const auto track = std::find_if(result.tracks.begin(), result.tracks.end(),
                                   [&](const Track& t) { return t.id == result.target.id; });
   if (track == result.tracks.end()) return target;
-  auto marks = locate({track->detection});
-  if (!marks.empty()) target.mark = std::move(marks.front());
+  // what is seen is solved together with the rest of the image, where it has one pose
+  const auto seen = std::find_if(marks.begin(), marks.end(), [&](const LocatedMark& mark) {
+    return mark.detection_index == track->detection_index;
+  });
+  if (seen != marks.end()) {
+    target.mark = *seen;
+    return target;
+  }
+  auto alone = locate({track->detection});
+  if (!alone.empty()) target.mark = std::move(alone.front());
   return target;
 }
 
@@ -109,7 +119,7 @@ LocatedFrame Locator::step(int index, const cv::Mat& image) {
   const std::vector<Detection> found = detector_.detect(rectified);
   frame.detect_ms = ms_since(start);
   frame.marks = locate(found);
-  if (settings_.track) frame.target = follow(index, rectified, found);
+  if (settings_.track) frame.target = follow(index, rectified, found, frame.marks);
   return frame;
 }
 

@@ -32,6 +32,7 @@ struct LocatedMark {
   Detection detection;  ///< where the vision code works: in the rectified image
   Ellipse given;        ///< its outer edge in the image as given
   CirclePose pose;      ///< without solutions where camera or radius are missing
+  int detection_index;  ///< among those that were located with it
 };
 
 struct LocatedTarget {
@@ -60,7 +61,9 @@ class Locator {
  private:
   [[nodiscard]] std::optional<Ellipse> in_given(const Ellipse& rectified) const;
   [[nodiscard]] std::vector<LocatedMark> locate(const std::vector<Detection>& detections) const;
-  [[nodiscard]] LocatedTarget follow(int index, const cv::Mat& image, const std::vector<Detection>& found);
+  /// marks: of these detections.
+  [[nodiscard]] LocatedTarget follow(int index, const cv::Mat& image, const std::vector<Detection>& found,
+                                     const std::vector<LocatedMark>& marks);
 
   LocateSettings settings_;
   RectifyMaps maps_;

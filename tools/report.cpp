@@ -64,7 +64,9 @@ int run(int argc, char** argv) {
   if (cargoes > 0 && !report.mission) report.mission.emplace();  // it never flew
   auto object = stevedore::to_json(report, log);
   object["damaged"] = to_json(reader.damage());
-  const std::string text = object.dump(2) + "\n";
+  // a file's name and a message's text are any bytes
+  const std::string text =
+      object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   if (!out.empty()) write_file(std::filesystem::path(out) / "report.json", text);
   fmt::print("{}", json ? text : stevedore::to_text(report));
   const bool all_delivered = cargoes == 0 || report.mission->delivered() >= cargoes;

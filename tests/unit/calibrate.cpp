@@ -315,6 +315,14 @@ TEST_CASE("the program: a folder of images becomes a camera file, which fits the
   CHECK_THAT(wrong.out, Catch::EndsWith("wrong.yaml: does not fit\n"));
   CHECK_THAT(wrong.out, Catch::Contains("fx     305.02 in the file,     30"));
 
+  cv::imwrite(folder.file("frontal.png"), film.take(straight(22), noise_levels, 92));
+  const auto frontal =
+      run_program("$BIN/calibrate --check " + folder.file("mine.yaml") + " " + folder.file("frontal.png"));
+  INFO(frontal.out);
+  CHECK(frontal.status == 1);
+  CHECK_THAT(frontal.out, Catch::Contains("missing: nothing tilted") && !Catch::Contains(": fits"));
+  CHECK_THAT(frontal.out, Catch::Contains("mine.yaml: not known: "));
+
   const auto one = run_program("$BIN/calibrate --out " + folder.file("one.yaml") + images + "/2.png");
   CHECK(one.status == 1);
   CHECK_THAT(one.out, Catch::Contains("missing: no board"));

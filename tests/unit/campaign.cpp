@@ -103,6 +103,7 @@ TEST_CASE("a torn last line is dropped, a damaged one before it is not passed ov
     CHECK(seeds_of(torn.lines) == Seeds{1});
     CHECK(torn.sound_bytes == one.size());
     CHECK(torn.is_closed);
+    CHECK(torn.is_torn == (bytes > 0));
   }
   const auto open = parse_mission_lines(one + two, "f");
   CHECK(seeds_of(open.lines) == Seeds{1, 2});
@@ -129,6 +130,21 @@ TEST_CASE("a campaign's file goes on where it was torn, and is one campaign's") 
     CHECK(text_of(path) == one + "\n" + two + "\n");
   }
   CHECK_THROWS_WITH(MissionFile(folder.file("no/where")), Contains("can't be written"));
+}
+
+TEST_CASE("a file that is no campaign's is left as it is") {
+  const Folder folder;
+  const std::string path = folder.file("notes"), one = to_json_line(line(1, 4));
+  for (const std::string& there : {std::string("remember the milk\n"), std::string("{}"), one + "\nmilk"}) {
+    INFO(there);
+    write(path, there);
+    CHECK_THROWS_WITH(MissionFile(path), Contains("not a campaign's line") && Contains("name another"));
+    CHECK(text_of(path) == there);
+  }
+  write(path, one + "\n" + one.substr(0, 30));
+  const auto sum = run_program("$BIN/campaign --summary " + path);
+  CHECK(sum.status == 0);
+  CHECK_THAT(sum.out, Contains("1 of 1") && Contains("left out: a torn last line of " + path));
 }
 
 TEST_CASE("shards share the seeds out, and what has a line is not flown again") {

@@ -225,8 +225,13 @@ TEST_CASE("The wrong solution is told from the right one by its normal") {
   solutions[0].probability = 0.999;
   solutions[1].probability = 0.001;
   const PoseRow all = row_of("all", compare(flight).samples);
+  CHECK(all.judged == 6);
   CHECK(all.wrong == 1);
   CHECK(all.wrong_above_99 == 1);
+
+  // of a single one nothing is chosen
+  for (std::size_t i = 1; i < 6; ++i) flight.poses[0].poses[i].solutions.pop_back();
+  CHECK(row_of("all", compare(flight).samples).judged == 1);
 }
 
 TEST_CASE("Track ids that change places, or change after an absence") {
@@ -293,6 +298,18 @@ TEST_CASE("Poses that belong to no mark, to two, or to one twice") {
   CHECK(compare(flight).ambiguous == 1);
 }
 
+TEST_CASE("Frames without POSES are told, and their circles are missed") {
+  FlightLog flight = flight_of(10);
+  flight.poses.erase(flight.poses.begin() + 4, flight.poses.begin() + 6);
+  flight.poses.erase(flight.poses.begin());  // before the first one nobody was there yet
+  flight.poses.pop_back();
+  const PoseComparison result = compare(flight);
+  CHECK(result.frames == 6);
+  CHECK(result.frames_unanswered == 2);
+  CHECK(result.whole_found == 4 * 6);
+  CHECK(result.whole_circles == 4 * 8);
+}
+
 TEST_CASE("Platforms are compared relative to the aircraft, whose own position is off") {
   FlightLog flight = flight_of(120);
   PlatformComparison result = compare_platforms(flight);
@@ -324,6 +341,14 @@ TEST_CASE("Platforms are compared relative to the aircraft, whose own position i
   result = compare_platforms(flight);
   CHECK(result.certain.wrong == 1);
   CHECK(result.certain.handled == 1);
+}
+
+TEST_CASE("A covariance that no estimate was held against has no figure, which is not 0") {
+  const Folder folder;
+  write_log(folder.file("flight.lcm"), flight_of(20));  // 1.3 s: no deck is in view for 3 s
+  const Evaluation evaluation = evaluate(folder.file("flight.lcm"), {}, "");
+  CHECK(nlohmann::json::parse(to_json(evaluation).dump())["platforms"]["nees6"].is_null());
+  CHECK(to_html(evaluation).find("NEES / 6 of position and velocity: - (") != std::string::npos);
 }
 
 TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a cargo below the beam") {
@@ -361,6 +386,54 @@ TEST_CASE("Altitude by vision and laser, after lever arm and tilt, and with a ca
   result = leaning_by(10);
   CHECK(result.vision_less_laser_m.count == 0);
   CHECK(result.on_thing == 0);
+}
+
+TEST_CASE("Vision that reads high is vision's error where TRUTH says so, and else told as left out") {
+  FlightLog flight = flight_of(20);
+  for (poses_t& poses : flight.poses)
+    for (pose_t& pose : poses.poses) put(Eigen::Vector3d(pose.center_level_m) * 1.2, pose.center_level_m);
+  const auto verdict = [](const FlightLog& seen) {
+    const Folder folder;
+    write_log(folder.file("flight.lcm"), seen);
+    const FlownConfiguration over_slot_3{"", {"pose.altimeter_right_m=-0.8"}};
+    const auto verdicts = verdicts_of(evaluate(folder.file("flight.lcm"), over_slot_3, ""));
+    const auto found = std::find_if(verdicts.begin(), verdicts.end(), [](const Verdict& each) {
+      return each.subject == "Altitude at all heights, vision against laser";
+    });
+    REQUIRE(found != verdicts.end());
+    return *found;
+  };
+  const Verdict with_truth = verdict(flight);
+  CHECK(with_truth.says == Verdict::Says::poor);
+  CHECK(with_truth.text == "95 % within 0.80 m, worst 0.80 m (20 frames)");
+
+  flight.truth.clear();
+  CHECK(verdict(flight).text ==
+        "no data; left out: 20 in which the laser is short of vision, on a thing or not");
+}
+
+TEST_CASE("Through two circles a level plane lies midway between them") {
+  FlightLog flight = flight_of(1);
+  auto& poses = flight.poses[0].poses;
+  poses.resize(2);
+  poses[0].center_level_m[2] = 4.00;
+  poses[1].center_level_m[2] = 4.06;
+  const AltitudeComparison result = compare_altitudes(flight, {});
+  REQUIRE(result.samples.size() == 1);
+  CHECK(result.samples[0].vision_m == Approx(4.03));
+}
+
+TEST_CASE("Latencies are good only where nearly all frames have one") {
+  const auto verdict = [](int answered) {
+    Evaluation evaluation;
+    evaluation.flight.report.frames = 1000;
+    evaluation.flight.report.answered = answered;
+    evaluation.to_mission_ms = spread_of(std::vector<double>(static_cast<std::size_t>(answered), 30.0));
+    return verdicts_of(evaluation).back();
+  };
+  CHECK(verdict(990).says == Verdict::Says::good);
+  CHECK(verdict(989).says == Verdict::Says::poor);
+  CHECK(verdict(989).text.ends_with("worst 30 ms; 989 of 1000 frames answered"));
 }
 
 TEST_CASE("A drop is off its circle as it comes to rest, and its circle was last seen so long before") {
@@ -435,6 +508,45 @@ TEST_CASE("evaluate tells errors that a camera shares over a flight from others,
   CHECK(wrong.err.find("altimeter_down_m") != std::string::npos);
 }
 
+TEST_CASE("A log with PLATFORM_ESTIMATE and no POSES is evaluated, its time from the log's first message") {
+  const Folder folder;
+  FlightLog flight = flight_of(120);
+  flight.poses.clear();
+  flight.vehicle.front().header.utime = 0;  // no stamp: no beginning
+  LogWriter writer(folder.file("flight.lcm"));
+  writer.write({1, "OTHER", std::vector<std::uint8_t>(64, 1)});
+  write_all(writer, channels::vehicle_state, flight.vehicle);
+  write_all(writer, channels::truth, flight.truth);
+  write_all(writer, channels::platform_estimate, flight.estimates);
+  writer.flush();
+  const Evaluation evaluation = evaluate(folder.file("flight.lcm"), {}, "");
+  CHECK(evaluation.flight.start_utime == flight.vehicle[1].header.utime);
+  CHECK(to_html(evaluation).ends_with("</html>\n"));
+}
+
+TEST_CASE(
+    "Of errors that a flight shares only what its covariances lack is added, and an easy world has none") {
+  const std::string world = STEVEDORE_SOURCE_DIR "/config/world.yaml";
+  const PoseSettings all = aircraft_of({world, {}}).common.value().sigmas;
+  CHECK(all.radius_sigma_percent == Approx(0.5));
+  CHECK(all.focal_sigma_percent == Approx(0.3));
+  CHECK(all.principal_point_sigma_px == Approx(2));
+  const PoseSettings rest = aircraft_of({world,
+                                         {"pose.radius_sigma_percent=0.3", "pose.focal_sigma_percent=0.3",
+                                          "pose.principal_point_sigma_px=3"}})
+                                .common.value()
+                                .sigmas;
+  CHECK(rest.radius_sigma_percent == Approx(0.4));
+  CHECK(rest.focal_sigma_percent == 0);
+  CHECK(rest.principal_point_sigma_px == 0);
+
+  const Folder folder;
+  std::ofstream(folder.file("easy.yaml"))
+      << "camera_file: " STEVEDORE_SOURCE_DIR "/config/cameras/world_640x480.yaml\nsim: {easy: true}\n";
+  CHECK_FALSE(aircraft_of({folder.file("easy.yaml"), {}}).common);
+  CHECK(aircraft_of({folder.file("easy.yaml"), {"sim.easy=false"}}).common);
+}
+
 TEST_CASE("Without TRUTH there is the laser, and evaluate says so") {
   const Folder folder;
   FlightLog flight = flight_of(20);
@@ -447,6 +559,48 @@ TEST_CASE("Without TRUTH there is the laser, and evaluate says so") {
   CHECK(page.find("no TRUTH") != std::string::npos);
   CHECK(page.find("Altitude: vision against the laser") != std::string::npos);
   CHECK(page.find("Table 1") == std::string::npos);
+}
+
+TEST_CASE("evaluate and report write JSON of a log whose name is not UTF-8") {
+  const Folder folder;
+  const std::string log = folder.file("fl\xffight.lcm");
+  write_log(log, flight_of(20));
+  CHECK(run_program("$BIN/evaluate " + log).status == 0);
+  CHECK_NOTHROW(nlohmann::json::parse(text_of(folder.file("evaluation.json"))));
+  const ProgramRun report = run_program("$BIN/report --json " + log);
+  CHECK(report.status == 0);
+  CHECK_NOTHROW(nlohmann::json::parse(report.out));
+}
+
+TEST_CASE("Messages of another version are told") {
+  const Folder folder;
+  write_log(folder.file("flight.lcm"), flight_of(20));
+  const std::string whole = text_of(folder.file("flight.lcm"));
+  {
+    LogWriter writer(folder.file("flight.lcm"));
+    for (const char* channel : {channels::poses.name, channels::altimeter.name, channels::gimbal_state.name})
+      writer.write({500'000, channel, {1, 2, 3}});
+    writer.flush();
+  }
+  std::ofstream(folder.file("flight.lcm"), std::ios::binary | std::ios::app) << whole;
+  const ProgramRun run = run_program("$BIN/evaluate " + folder.file("flight.lcm"));
+  CHECK(run.status == 0);
+  CHECK(run.out.find("3 messages in the log can't be read") != std::string::npos);
+  CHECK(text_of(folder.file("evaluation.html")).find("3 messages in the log can't") != std::string::npos);
+  CHECK(nlohmann::json::parse(text_of(folder.file("evaluation.json")))["unreadable"] == 3);
+}
+
+TEST_CASE("A damaged reference is told as a damaged log is") {
+  const Folder folder;
+  write_log(folder.file("flight.lcm"), flight_of(20));
+  write_log(folder.file("other.lcm"), flight_of(20));
+  std::filesystem::resize_file(folder.file("other.lcm"),
+                               std::filesystem::file_size(folder.file("other.lcm")) - 100);
+  const ProgramRun run =
+      run_program("$BIN/evaluate " + folder.file("flight.lcm") + " --reference " + folder.file("other.lcm"));
+  CHECK(run.status == 1);
+  CHECK(run.err.find("other.lcm: ") != std::string::npos);
+  CHECK(run.err.find("flight.lcm: ") == std::string::npos);
 }
 
 TEST_CASE("A damaged log is evaluated as far as it can be read, with exit status 1") {

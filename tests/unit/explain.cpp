@@ -42,8 +42,9 @@ mission_t mission(int phase, const std::string& reason, std::vector<candidate_t>
 class Flight {
  public:
   Flight() : writer_(path()) { other(0); }
-  void say(double log_s, mission_t m) {
-    m.header.utime = start_utime + static_cast<std::int64_t>(log_s * 1e6);
+  void say(double log_s, const mission_t& m) { say(log_s, m, log_s); }
+  void say(double log_s, mission_t m, double stamp_s) {
+    m.header.utime = start_utime + std::llround(stamp_s * 1e6);
     m.phase_utime = m.header.utime - 500'000;
     REQUIRE_FALSE(fault_of(m));
     writer_.write(
@@ -160,6 +161,24 @@ TEST_CASE("an instant is in seconds of the log or a stamp of the messages") {
     INFO(bad);
     CHECK_THROWS_AS(parse_instant(bad), UsageError);
   }
+}
+
+TEST_CASE("stamps that are not in the log's order: the newest by the instant is found") {
+  const auto search = [](const char* reason) { return mission(mission_t::PHASE_SEARCH, reason, {}); };
+  Flight flight;
+  flight.say(1.00, search("a frame"));
+  flight.say(1.01, mission(mission_t::PHASE_APPROACH, "the aircraft", {}), 1.05);
+  flight.say(1.02, mission(mission_t::PHASE_APPROACH, "an older frame", {}), 1.03);
+  const Said older = flight.at("utime:51040000");
+  CHECK(older.mission.reason == "an older frame");
+  CHECK(older.before_s == Approx(0.01));
+  REQUIRE(older.decision);
+  CHECK(older.decision->reason == "the aircraft");
+  CHECK(flight.at("utime:51050000").mission.reason == "the aircraft");
+  CHECK(flight.at("utime:51029999").mission.reason == "a frame");
+  CHECK_THROWS_WITH(flight.at("utime:51050001"), Contains("its last MISSION utime:51050000"));
+  CHECK_THROWS_WITH(flight.at("utime:50999999"),
+                    Contains("before the first MISSION, which is utime:51000000"));
 }
 
 TEST_CASE("an instant outside the log is a mistake, a log without MISSION no answer") {

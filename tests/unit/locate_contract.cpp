@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "tests/support/measured_circle.hpp"
 #include "tests/support/program.hpp"
 #include "tests/unit/detector_scene.hpp"
 
@@ -186,6 +187,32 @@ TEST_CASE("a target is searched, taken up, followed, and predicted while it is h
     CHECK(run.lines[5]["ellipses"].empty());
   }
   CHECK_FALSE(locate(empty).lines[0].contains("target"));
+}
+
+TEST_CASE("a target that is seen has the pose of its ellipse, which is solved with the others") {
+  const Folder folder;
+  cv::Mat image = grey_image(640, 480, 60);
+  const double lean_rad = 15 * std::numbers::pi / 180;
+  const Eigen::Vector3d normal(std::sin(lean_rad), 0, -std::cos(lean_rad));
+  for (const double x_m : {-1.2, 0.0, 1.2})
+    for (const double y_m : {-1.0, 1.0}) {
+      const Circle circle{{x_m, y_m, 4 + x_m * std::tan(lean_rad)}, normal, 0.5};
+      paint(image, *image_of({640, 480, 400, 400, 319.5, 239.5}, circle), cv::Scalar::all(220));
+    }
+  cv::imwrite(folder.file("a.png"), image);
+  const std::string a = folder.file("a.png"), camera = write_camera(folder, "0, 0, 0, 0, 0");
+  const Run run = locate("--camera " + camera + " --radius 0.5 --track 320,140 " + a + " " + a);
+  REQUIRE(run.lines.size() == 2);
+  for (const json& line : run.lines) {
+    REQUIRE(line["target"]["status"] == "tracking");
+    const auto& ellipses = line["ellipses"];
+    const auto same = std::find_if(ellipses.begin(), ellipses.end(), [&](const json& e) {
+      return e["u"] == line["target"]["u"] && e["v"] == line["target"]["v"];
+    });
+    REQUIRE(same != ellipses.end());
+    REQUIRE(line["target"]["circle"].is_object());
+    CHECK(line["target"]["circle"] == (*same)["circle"]);
+  }
 }
 
 TEST_CASE("mistakes of usage print nothing and exit with status 2") {
