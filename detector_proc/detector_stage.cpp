@@ -80,10 +80,11 @@ void DetectorStage::on_frame(const frame_t& frame) {
   ellipses.search = ellipses_t::SEARCH_FULL;
   ellipses.method = settings_.method;
   const auto near = search_regions(frame, image.pixels);
-  if (!near) whole_frame_seq_ = frame.header.frame_seq;
   if (near) {
     ellipses.search = ellipses_t::SEARCH_REGION;
     ellipses.tracks_frame_seq = tracks_->header.frame_seq;
+  } else {
+    whole_frame_seq_ = frame.header.frame_seq;
   }
   for (const Detection& detection : near ? *near : detector_.detect(image.pixels)) {  // largest first
     if (ellipses.ellipses.size() < most_ellipses) ellipses.ellipses.push_back(to_message(detection));

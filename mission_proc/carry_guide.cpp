@@ -126,8 +126,7 @@ std::optional<Carry::Goal> Carry::goal(double passed_s) {
 }
 
 Carry::Goal Carry::stay(double climb_rate_mps, double passed_s) {
-  constexpr double most_m =
-      5;  // clear of all that stands on a deck; who sees nothing from there climbs in vain
+  constexpr double most_m = 5;  // clear of all that stands on a deck; from there more height shows no more
   if (!stay_odometry_m_) stay_odometry_m_ = now_->position_odometry_m;
   if (climbed_m_ >= most_m) climb_rate_mps = 0;
   climbed_m_ += climb_rate_mps * passed_s;

@@ -228,8 +228,8 @@ std::optional<Event> Carry::hook_is_silent() {
 }
 
 std::optional<Event> Carry::look_in_descend() {
-  // one that was set down beside the middle is lifted first
   if (!hook_) return hook_is_silent();
+  // one that was set down beside the middle is lifted first
   const bool lifted = in_phase_s() > 2;
   if (record_.loaded && lifted && light_since_ && seconds(utime_ - *light_since_) > 0.5)
     return Event::cargo_gone;

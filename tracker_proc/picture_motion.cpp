@@ -18,8 +18,12 @@ constexpr double kPerspective = 0.1;
 // Of the parts that overlap after the shift. Below, most of the picture is something else.
 constexpr double kLeastCorrelation = 0.5;
 
+int small_height(const cv::Mat& image) {
+  return image.rows * kSmallWidthPx / image.cols;
+}
+
 cv::Mat small_of(const cv::Mat& image) {
-  const int height = std::max(1, image.rows * kSmallWidthPx / image.cols);
+  const int height = small_height(image);
   cv::Mat samples, small, grey, levels;  // four samples a small pixel: blur and noise enough are left out
   cv::resize(image, samples, {2 * kSmallWidthPx, 2 * height}, 0, 0, cv::INTER_NEAREST);
   cv::resize(samples, small, {kSmallWidthPx, height}, 0, 0, cv::INTER_AREA);
@@ -45,8 +49,7 @@ double correlation(const cv::Mat& before, const cv::Mat& now, const cv::Point& s
 
 std::optional<PictureShift> PictureMotion::shift_to(const cv::Mat& image) {
   if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) return std::nullopt;
-  const int small_height = image.rows * kSmallWidthPx / image.cols;
-  if (small_height < 2 || small_height > 10 * kSmallWidthPx) return std::nullopt;  // a strip
+  if (small_height(image) < 2 || small_height(image) > 10 * kSmallWidthPx) return std::nullopt;  // a strip
   const cv::Mat before = before_;
   before_ = small_of(image);
   if (before.size() != before_.size()) return std::nullopt;

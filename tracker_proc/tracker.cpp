@@ -323,7 +323,7 @@ void Tracker::predict(double dt_s, const FrameView& view) {
   // a motion in common tells a mark that is yet to come nothing
   if (followed_.empty()) common_ = CommonMotion(kFirstTurn_radps * focal_px_);
   common_.predict(dt_s, settings_.camera_unrest_radps * focal_px_ * (view.turn ? kUnrestLeft : 1));
-  if (view.turn) {  // the next picture that is asked is not the next one
+  if (view.turn) {  // no picture is looked at: the last one is of long before when the attitude falls silent
     picture_ = PictureMotion();
     picture_pxps_.reset();
   }
