@@ -43,9 +43,11 @@ Condition CameraStage::work() {
   }
   camera_.wait();
   const CameraStatus status = camera_.status();
-  if (refusal_) return {health_t::STATE_FAILED, *refusal_, source_health()};
   const CameraCounts counts = camera_.counts();
+  const bool ended_well = to_message(status.state) == health_t::STATE_FINISHED && counts.frames > refused_;
+  if (refusal_ && !ended_well) return {health_t::STATE_FAILED, *refusal_, source_health()};
   std::vector<std::string> remarks;
+  if (refused_ > 0) remarks.push_back(fmt::format("{} not sent", refused_));
   if (!status.message.empty()) remarks.push_back(status.message);
   if (counts.unreadable > 0) remarks.push_back(fmt::format("{} unreadable", counts.unreadable));
   if (counts.late_ticks > 0)
@@ -77,9 +79,10 @@ void CameraStage::send(const CameraFrame& frame) {
   sent_utime_ = monotonic_utime();
   if (model_ &&
       (frame.pixels.cols != model_->given.width_px || frame.pixels.rows != model_->given.height_px)) {
-    refusal_ =
-        fmt::format("the image has {}x{} pixels, the camera file says {}x{}: not sent", frame.pixels.cols,
-                    frame.pixels.rows, model_->given.width_px, model_->given.height_px);
+    refusal_ = fmt::format(
+        "the image has {}x{} pixels, the camera file says {}x{}: not sent; name this camera's own file in "
+        "camera_file",
+        frame.pixels.cols, frame.pixels.rows, model_->given.width_px, model_->given.height_px);
     ++refused_;
     return;
   }

@@ -32,8 +32,8 @@ int median_magnitude(const cv::Mat& magnitude) {
 EdgeThresholds edge_thresholds(const GradientField& field) {
   // Below a step of this many grey levels an edge drowns in the rounding of levels and JPEG's blocks.
   constexpr double faintest_step = 4, faintest_start = 7;
-  // White noise has a Rayleigh distribution: 1.8 medians are passed by 10 % of the pixels, so that an edge
-  // is not lost at a bad one; 3 medians by 0.2 %, and hardly by neighbours that agree in direction.
+  // White noise has a Rayleigh distribution: 2 medians are passed by 6 % of the pixels, so that an edge
+  // is not lost at a bad one; 3.5 medians by 0.02 %, and hardly by neighbours that agree in direction.
   constexpr double follow_medians = 2.0, start_medians = 3.5;
   const double median = median_magnitude(field.magnitude);
   constexpr double unit = GradientField::step_response;

@@ -218,7 +218,9 @@ std::optional<std::string> fault_of(const mission_t& m) {
 std::optional<std::string> fault_of(const mission_journal_t& m) {
   Check check(m.header);
   check.count("delivery_count", m.delivery_count, m.deliveries);
-  check.count("failure_count", m.failure_count, m.failures);
+  check.count("failure_count", m.failure_count, m.failures).count("taken_count", m.taken_count, m.taken);
+  check.range("attempts", m.attempts, 0, 32767).range("written_off", m.written_off, 0, 32767);
+  check.range("hook_lessons", m.hook_lessons, 0, 32767).finite("hook_off_m", m.hook_off_m);
   for (const auto& d : m.deliveries) check.range("off_m", d.off_m, -1, 1e3);
   for (const auto& f : m.failures) check.range("times", f.times, 0, 32767);
   check.range("phase", m.phase, mission_t::PHASE_IDLE, mission_t::PHASE_COMPLETE);

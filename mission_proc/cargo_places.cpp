@@ -2,7 +2,7 @@
 
 namespace stevedore {
 
-void CargoPlaces::see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2, std::int64_t utime) {
+void CargoPlaces::see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2) {
   // some fifty frames are remembered: a cargo that was pushed is found at its new place within seconds
   constexpr double remembered_frames = 50, least_m = 0.005;
   const double weight = 1 / (variance_m2 + least_m * least_m);
@@ -11,7 +11,6 @@ void CargoPlaces::see(SlotId slot, const Eigen::Vector2d& offset_m, double varia
   if (mean.place.sightings == 0) mean.place.offset_m.setZero();
   mean.place.offset_m += weight / mean.weight * (offset_m - mean.place.offset_m);
   ++mean.place.sightings;
-  mean.place.utime = utime;
 }
 
 void CargoPlaces::forget_platform(int platform) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <map>
 #include <optional>
 
@@ -18,13 +17,12 @@ struct SlotId {
 struct CargoPlace {
   Eigen::Vector2d offset_m;  ///< of its axis from the circle's centre, deck axes (forward, right)
   int sightings = 0;
-  std::int64_t utime = 0;  ///< of the last
 };
 
 class CargoPlaces {
  public:
   /// variance_m2: of the offset, in each direction.
-  void see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2, std::int64_t utime);
+  void see(SlotId slot, const Eigen::Vector2d& offset_m, double variance_m2);
   void forget(SlotId slot) { known_.erase(slot); }
   void forget_platform(int platform);
   [[nodiscard]] std::optional<CargoPlace> at(SlotId slot) const;

@@ -125,7 +125,7 @@ void Carry::hear(const HookReport& hook) {
   const bool light = hook.load_n - empty_load_n_ < settings_.loaded_n;
   auto& running = light ? light_since_ : heavy_since_;
   (light ? heavy_since_ : light_since_).reset();
-  if (!running) running = utime_;
+  if (!running && utime_ > 0) running = utime_;
   feel_touch();
 }
 
@@ -242,7 +242,7 @@ void Carry::see_cargoes(const DeckPath& course, const LevelFrame& frame, const V
       const SlotId id{course.news().platform, static_cast<int>(slot)};
       const bool hangs_there = record_.phase == Phase::verify_load && record_.target == id;
       if (off_m.norm() < own_m && !hangs_there)
-        places_.see(id, off_m, by_attitude_m * by_attitude_m + mark.across_variance_m2, frame.utime);
+        places_.see(id, off_m, by_attitude_m * by_attitude_m + mark.across_variance_m2);
     }
   }
 }
@@ -273,6 +273,10 @@ void Carry::see(const LevelFrame& frame) {
 
 void Carry::start() {
   if (!now_ || record_.phase != Phase::idle) return;
+  if (!(autopilot_ && autopilot_->guided)) {
+    say("not started: the autopilot does not tell that it is in guided mode");
+    return;
+  }
   home_odometry_m_ = now_->position_odometry_m;
   heading_rad_ = hanging_.heading_rad();
   record_.home_ned_m = now_->position_odometry_m + now_->ned_from_odometry_m;
@@ -301,6 +305,13 @@ void Carry::resume() {
   const Phase before = record_.phase;
   fire(record_.homeward ? Event::resume_home : Event::resume);
   if (record_.phase != before) say("resumed by the operator");
+}
+
+void Carry::wish(SlotId slot) {
+  if (slot.platform < 0 || slot.slot < 0)
+    say("the operator's choice names no circle: it wants platform and slot");
+  else
+    wished_ = slot;
 }
 
 // ---- one step of time ----

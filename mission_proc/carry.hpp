@@ -109,7 +109,7 @@ class Carry {
   void hold();
   void resume();
   void abort();
-  void wish(SlotId slot) { wished_ = slot; }
+  void wish(SlotId slot);
 
   [[nodiscard]] Phase phase() const { return record_.phase; }
   [[nodiscard]] std::int64_t phase_utime() const { return phase_utime_; }
@@ -172,9 +172,9 @@ class Carry {
   // ---- where things are ----
   [[nodiscard]] const DeckPath* deck(int platform) const;
   [[nodiscard]] int goal_platform() const;
-  /// The platform that comes next was in view a moment ago, and its circles are known.
   /// Since the platform to load from or drop on was seen with its circles; without end: never.
   [[nodiscard]] double goal_age_s() const;
+  /// The platform that comes next was in view a moment ago, and its circles are known.
   [[nodiscard]] bool sees_deck() const;
   /// Of the camera over a deck's middle.
   [[nodiscard]] double camera_height_m(const DeckPath& course) const;

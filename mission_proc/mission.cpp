@@ -104,7 +104,13 @@ void Mission::see(const View& view) {
   tick(view.time_s);
 
   const Mark* target = view.target_id ? find(view.marks, *view.target_id) : nullptr;
-  const bool tracked = decision_.wanted && target && view.target_status == TargetStatus::tracking;
+  constexpr double in_flight_s = 1;  // so long a command, sent twice a second, may take to be obeyed
+  const auto is_obeyed = [&] {
+    return target->track_id == decision_.wanted->track_id ||
+           view.time_s - static_cast<double>(decision_.wanted->choice) * 1e-6 > in_flight_s;
+  };
+  const bool tracked =
+      decision_.wanted && target && view.target_status == TargetStatus::tracking && is_obeyed();
   if (tracked) {  // also when a restarted tracker gave it a new id
     decision_.wanted->track_id = target->track_id;
     decision_.wanted->last_seen_px = target->center_px;

@@ -256,7 +256,7 @@ void MissionStage::write_journal(const header_t& cause) {
 void MissionStage::publish_track_command(const header_t& cause) {
   const std::optional<Wanted> wanted = this->wanted();
   const int64_t choice = wanted ? wanted->choice : 0;
-  if (choice == commanded_choice_ && cause.utime - command_utime_ < repeat_us) return;
+  if (choice == commanded_choice_ && std::abs(cause.utime - command_utime_) < repeat_us) return;
   if (!wanted && commanded_choice_ < 0) return;  // nothing was ever wanted
   track_command_t command{};
   command.header.utime = cause.utime;

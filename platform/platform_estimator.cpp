@@ -28,6 +28,9 @@ constexpr std::size_t most_free_circles = 12;
 void check(const SlotLayout& layout) {
   if (layout.size() > most_slots)
     throw std::invalid_argument("platform.slots: more than " + std::to_string(most_slots) + " slots");
+  if (layout.size() < fewest_slots)
+    throw std::invalid_argument("platform.slots: fewer than " + std::to_string(fewest_slots) +
+                                " slots: no deck can be told by them");
   if (layout.spacing_m() < 0.1) throw std::invalid_argument("platform.slots: two slots in one place");
 }
 
@@ -42,6 +45,7 @@ void PlatformEstimator::add_vehicle(const VehicleSample& sample) {
   if (sample.utime < vehicle_.newest_utime() - another_stream_us) {
     vehicle_ = VehicleHistory();
     tracks_.clear();
+    votes_.clear();
   }
   vehicle_.add(sample);
 }
@@ -92,15 +96,18 @@ PlatformTrack* PlatformEstimator::track_near(const Eigen::Vector2d& position_odo
 void PlatformEstimator::settle_numbers(const PlatformReport& report, const VehicleMoment& vehicle) {
   PlatformTrack* near =
       track_near((report.position_ned_m - vehicle.ned_from_odometry_m).head<2>(), report.utime);
+  Votes votes = std::exchange(votes_[report.platform], {});
   if (!near) return;
-  if (near->number() == report.platform) {
+  const int given = near->number();
+  if (given == report.platform) {
     near->set_number_certain(true);
-    votes_[report.platform] = 0;
     return;
   }
-  if (++votes_[report.platform] < votes_to_renumber) return;
-  votes_[report.platform] = 0;
-  const int given = near->number();
+  if (votes.given != given) votes = {given, 0};
+  if (++votes.in_a_row < votes_to_renumber) {
+    votes_[report.platform] = votes;
+    return;
+  }
   for (PlatformTrack& other : tracks_)
     if (other.number() == report.platform) other.renumber(given);
   near->renumber(report.platform);

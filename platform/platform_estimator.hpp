@@ -40,7 +40,10 @@ class PlatformEstimator {
   std::vector<SlotLayout> layouts_;
   VehicleHistory vehicle_;
   std::vector<PlatformTrack> tracks_;
-  std::map<int, int> votes_;  ///< by reported number: in a row for the deck that has another
+  struct Votes {
+    int given = -1, in_a_row = 0;
+  };
+  std::map<int, Votes> votes_;  ///< by reported number: for the deck that has the number given
 };
 
 }  // namespace stevedore

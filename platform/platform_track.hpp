@@ -61,7 +61,6 @@ class PlatformTrack {
   [[nodiscard]] int number() const { return number_; }
   void renumber(int number) { number_ = number; }
   /// Whether reports or continuity say that the number is right.
-  [[nodiscard]] bool number_certain() const { return number_certain_; }
   void set_number_certain(bool certain) { number_certain_ = certain; }
 
   [[nodiscard]] PlatformEstimate estimate(std::int64_t utime, const VehicleMoment& vehicle) const;

@@ -21,8 +21,9 @@ struct SlotMatch {
   std::size_t view = 0;
 };
 
-/// The largest deck that assignment can handle: its table has a row for each set of slots.
-constexpr std::size_t most_slots = 8;
+/// What a deck can be told by; the most that assignment can handle, whose table has a row for each set of
+/// slots.
+constexpr std::size_t fewest_slots = 3, most_slots = 8;
 
 /// Global assignment: each slot at most one circle and each circle at most one slot, so that the sum of
 /// squared normalised distances (centre, normal, and -2 log of the pose's probability) is least; a circle

@@ -22,6 +22,17 @@ std::string location(const YAML::Node& node, const std::string& where) {
   return mark.is_null() ? "--set" : fmt::format("{}:{}", where, mark.line + 1);
 }
 
+/// The same value; the mark of what was parsed from a --set would be a line of the file.
+YAML::Node without_marks(const YAML::Node& node) {
+  if (node.IsScalar()) return YAML::Node(node.Scalar());
+  YAML::Node copy(node.Type());
+  if (node.IsSequence())
+    for (const auto& item : node) copy.push_back(without_marks(item));
+  if (node.IsMap())
+    for (const auto& entry : node) copy[entry.first.Scalar()] = without_marks(entry.second);
+  return copy;
+}
+
 }  // namespace
 
 SettingsReader::SettingsReader(YAML::Node map, std::string where, std::string prefix)
@@ -136,11 +147,10 @@ void Config::override_with(const std::string& assignment) {
   }
   YAML::Node value;
   try {
-    value = YAML::Load(assignment.substr(equals + 1));
+    value = without_marks(YAML::Load(assignment.substr(equals + 1)));
   } catch (const YAML::ParserException& error) {
     throw ConfigError("--set " + assignment + ": " + error.msg);
   }
-  if (value.IsScalar()) value = YAML::Node(value.Scalar());  // without a mark: its line is none of the file's
   if (dot == std::string::npos) {
     root_[path] = value;
     return;

@@ -237,10 +237,12 @@ void FrameRing::create(std::size_t slot_bytes) {
   if (slot_bytes > max_slot_bytes)
     throw std::invalid_argument("a frame ring's slot of more than 64 megapixels");
   unlink_own();
-  // What a killed camera left; its readers keep their mapping. Where another user's can't be removed, another
-  // name does as well: readers have it from the notice.
-  if (shm_unlink(object_name(name_).c_str()) != 0 && errno != ENOENT)
-    name_ = name_.substr(0, 50) + "-" + std::to_string(std::random_device()());
+  // What a killed camera left; its readers keep their mapping. Where another user's can't be removed, a name
+  // of this user's does as well: readers have it from the notice.
+  if (shm_unlink(object_name(name_).c_str()) != 0 && errno != ENOENT) {
+    name_ = name_.substr(0, 50) + "-" + std::to_string(getuid());
+    shm_unlink(object_name(name_).c_str());
+  }
   const std::string object = object_name(name_);
   const auto slots = static_cast<std::size_t>(slots_);
   slot_bytes = (std::max<std::size_t>(slot_bytes, 1) + line_bytes - 1) / line_bytes * line_bytes;
@@ -248,7 +250,8 @@ void FrameRing::create(std::size_t slot_bytes) {
   auto segment = std::make_unique<RingSegment>();
   segment->bytes = segment_bytes(slots, slot_bytes);
   const FileDescriptor fd(shm_open(object.c_str(), O_RDWR | O_CREAT | O_EXCL, 0644));
-  if (fd.get() < 0) fail(errno, "can't create shared memory " + object);
+  if (fd.get() < 0)
+    fail(errno, "can't create shared memory " + object + " (`doctor` tells how /dev/shm should be)");
   // Reserved now: running out of memory later would be a SIGBUS at some pixel.
   if (const int error = posix_fallocate(fd.get(), 0, static_cast<off_t>(segment->bytes)); error != 0) {
     shm_unlink(object.c_str());

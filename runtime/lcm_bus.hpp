@@ -13,8 +13,8 @@ struct ReceiveBuffer;
 
 namespace stevedore {
 
-/// TTL 0: nothing leaves this host (the bus is not authenticated). 2 MB hold twenty inline frames; the kernel
-/// cuts it to net.core.rmem_max without a word (`doctor` looks).
+/// TTL 0: nothing leaves this host (the bus is not authenticated). 2 MB hold a dozen inline frames; the
+/// kernel cuts it to net.core.rmem_max without a word (`doctor` looks).
 inline constexpr const char* default_lcm_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
 
 /// What sockets with that LCM address ask the kernel for.

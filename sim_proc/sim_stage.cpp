@@ -239,11 +239,11 @@ void SimStage::publish(const world::Readings& readings) {
 }
 
 Condition SimStage::condition() const {
-  if (refusal_) return {health_t::STATE_FAILED, *refusal_};
+  const bool finished = has_ended() && !renderer_.is_busy();
+  if (refusal_ && !finished) return {health_t::STATE_FAILED, *refusal_};
   std::string drops;
   if (drops_ > 0)
     drops = fmt::format("{} of {} frames dropped: the one before was not drawn in time", drops_, ticks_);
-  const bool finished = has_ended() && !renderer_.is_busy();
   return {finished ? health_t::STATE_FINISHED : health_t::STATE_OK, drops};
 }
 

@@ -247,11 +247,11 @@ Finding judge_receive_buffer(long rmem_max_bytes) {
                     rmem_max_bytes, inline_limit_bytes / 1000, cure)};
   }
   if (rmem_max_bytes < wanted_receive_buffer_bytes) {
-    return {
-        name, Verdict::ok,
-        fmt::format("net.core.rmem_max is {}, the bus asks for {}: it holds four inline frames, not twelve; "
-                    "to raise it, {}",
-                    rmem_max_bytes, wanted_receive_buffer_bytes, cure)};
+    return {name, Verdict::ok,
+            fmt::format("net.core.rmem_max is {}, the bus asks for {}: it holds {} of the largest inline "
+                        "frames, not {}; to raise it, {}",
+                        rmem_max_bytes, wanted_receive_buffer_bytes, rmem_max_bytes / inline_limit_bytes,
+                        wanted_receive_buffer_bytes / inline_limit_bytes, cure)};
   }
   return {name, Verdict::ok,
           fmt::format("net.core.rmem_max is {}, the bus asks for {}", rmem_max_bytes,

@@ -184,10 +184,9 @@ void judge_latency(const Spread& late_ms, const Report& report, Verdicts& verdic
       "From capture to MISSION",
       fmt::format("median {:.0f} ms, 95 % below {:.0f} ms, worst {:.0f} ms; {} of {} frames answered",
                   late_ms.median, late_ms.p95, late_ms.worst, report.answered, report.frames),
-      fmt::format(
-          "worst below {:.0f} ms, from which the pilot calls it stale; at most {} % of frames without "
-          "an answer",
-          limit_ms, most_unanswered_percent));
+      fmt::format("worst below {:.0f} ms, the maximum age of MISSION; at most {} % of frames without "
+                  "an answer",
+                  limit_ms, most_unanswered_percent));
 }
 
 }  // namespace

@@ -14,8 +14,9 @@ template <class M>
 bool keep(const LogEvent& event, const Channel<M>& channel, std::vector<M>& messages) {
   if (event.channel != channel.name) return true;
   auto message = decode(event, channel);
-  if (message) messages.push_back(*std::move(message));
-  return message.has_value();
+  if (!message) return false;
+  messages.push_back(*std::move(message));
+  return true;
 }
 
 template <class M>

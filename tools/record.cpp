@@ -98,7 +98,11 @@ class Recorder {
     flush();
     std::error_code error;
     const auto space = std::filesystem::space(std::filesystem::absolute(file_).parent_path(), error);
-    const double free_mb = error ? 0 : static_cast<double>(space.available) / 1e6;
+    if (error) {  // the folder was moved, or a server is slow: whatever it is, no full disk
+      spdlog::warn("how much is free can't be told: {}", error.message());
+      return;
+    }
+    const double free_mb = static_cast<double>(space.available) / 1e6;
     if (told_utime_ != 0) {
       const double minutes = static_cast<double>(now - told_utime_) * 1e-6 / 60;
       spdlog::info("{:.1f} MB, {:.0f} MB/min, {:.1f} GB free", megabytes(),

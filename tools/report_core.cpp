@@ -395,19 +395,24 @@ std::string remarks(const Report& report) {
   return text;
 }
 
+nlohmann::ordered_json to_json(const std::vector<StageReport>& processes) {
+  auto json = nlohmann::ordered_json::object();
+  for (const StageReport& process : processes) {
+    json[process.process] = {{"in", process.in},
+                             {"out", process.out},
+                             {"lost", to_json(process.lost)},
+                             {"skipped", to_json(process.skipped)},
+                             {"kernel_drops", to_json(process.kernel_drops)},
+                             {"restarts", process.restarts},
+                             {"latency_ms", to_json(process.latency)}};
+  }
+  return json;
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
-  nlohmann::ordered_json stages, cpu_share;
-  for (const StageReport& stage : report.stages) {
-    stages[stage.process] = {{"in", stage.in},
-                             {"out", stage.out},
-                             {"lost", to_json(stage.lost)},
-                             {"skipped", to_json(stage.skipped)},
-                             {"kernel_drops", to_json(stage.kernel_drops)},
-                             {"restarts", stage.restarts},
-                             {"latency_ms", to_json(stage.latency)}};
-  }
+  nlohmann::ordered_json cpu_share;
   for (const auto* processes : {&report.stages, &report.beside}) {
     for (const StageReport& process : *processes) {
       if (process.cpu_share) cpu_share[process.process] = *process.cpu_share;
@@ -423,7 +428,8 @@ nlohmann::ordered_json to_json(const Report& report, const std::string& log) {
                               {"tracked", report.tracked},
                               {"answered", report.answered},
                               {"latency_ms", to_json(report.latency)},
-                              {"stages", stages},
+                              {"stages", to_json(report.stages)},
+                              {"beside", to_json(report.beside)},
                               {"cpu_share", cpu_share},
                               {"missing_in_log", report.missing_in_log},
                               {"unreadable", report.unreadable}};

@@ -55,8 +55,6 @@ class MarkMotion {
   [[nodiscard]] Eigen::Vector2d centre_px() const { return state_.head<2>(); }
   [[nodiscard]] Eigen::Vector2d velocity_pxps() const { return state_.tail<2>(); }
   [[nodiscard]] Eigen::Matrix2d centre_covariance_px2() const { return covariance_.topLeftCorner<2, 2>(); }
-  [[nodiscard]] const Matrix4& covariance() const { return covariance_; }
-  [[nodiscard]] double log_radius() const { return size_[0]; }
   [[nodiscard]] double log_radius_variance() const { return size_covariance_(0, 0); }
   [[nodiscard]] double radius_px() const;
 

@@ -203,9 +203,8 @@ struct Tracker::TargetSearch {
   }
 };
 
-Tracker::Tracker(const TrackerSettings& settings, std::int64_t first_id)
+Tracker::Tracker(const TrackerSettings& settings)
     : settings_(settings),
-      next_id_(first_id),
       frame_size_(kUsualFrame),
       focal_px_(kUsualFocalPerWidth * kUsualFrame.width),
       common_(kFirstTurn_radps * focal_px_),

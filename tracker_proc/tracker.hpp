@@ -79,9 +79,8 @@ struct TrackerResult {
 
 class Tracker {
  public:
-  /// Ids count up from first_id and are never used again. A tracker that is started anew and must not repeat
-  /// the ids of the one before it begins above them.
-  explicit Tracker(const TrackerSettings& settings, std::int64_t first_id = 1);
+  /// Ids count up from one, and none is given twice by the same tracker.
+  explicit Tracker(const TrackerSettings& settings);
 
   /// What to follow from the next step on. The same wish again changes nothing, whether or not it has been
   /// fulfilled meanwhile; after release() it counts as a new one.
@@ -145,7 +144,7 @@ class Tracker {
   [[nodiscard]] Target target_state(const std::optional<TargetSearch>& search) const;
 
   TrackerSettings settings_;
-  std::int64_t next_id_;
+  std::int64_t next_id_ = 1;
   std::optional<double> time_s_;
   cv::Size frame_size_;
   double focal_px_;

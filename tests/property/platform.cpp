@@ -228,6 +228,30 @@ TEST_CASE("a platform that speaks up late makes identity certain, with the right
   }
 }
 
+TEST_CASE("platforms get other numbers by reports in a row only, and not by one now and then") {
+  const bool in_a_row = GENERATE(false, true);
+  PlatformWorld world(options_of(1));
+  PlatformEstimator estimator{PlatformSettings{}};
+  double next_s = 10;
+  int number = -1;
+  while (world.time_s() < 14) {
+    world.mute_reports = world.time_s() > 9;
+    for (const PlatformEstimate& e : world.next_frame(estimator, [](double) {
+           return Station{0, {0, 0}, 8};
+         })) {
+      if (!in_view(e)) continue;
+      number = e.platform;
+      if (world.time_s() < next_s) continue;
+      next_s += 1;
+      PlatformReport mistaken{e.utime, 1, e.center_ned_m, Eigen::Vector3d::Zero(), 0};
+      estimator.add_report(mistaken);
+      mistaken.position_ned_m.x() += 40;
+      if (!in_a_row) estimator.add_report(mistaken);
+    }
+  }
+  CHECK(number == (in_a_row ? 1 : 0));
+}
+
 TEST_CASE("many false circles, wrong labels and lost frames don't move the deck") {
   Rms velocity_mps;
   int errors = 0;

@@ -80,6 +80,17 @@ TEST_CASE("images of another size than the camera file's are not sent as if they
   CHECK(condition.source->lost_malformed == 3);
 }
 
+TEST_CASE("a last image that is not sent keeps nobody from the end") {
+  const Images images;
+  cv::imwrite(fs::path(images.settings().source) / "4.png", cv::Mat(12, 16, CV_8UC1, cv::Scalar(9)));
+  MemoryBus bus;
+  CameraStage stage(images.settings(), lens(8, 6), "test", bus);
+  const Condition condition = play(stage);
+  CHECK(bus.published_on(channels::frame).size() == 3);
+  CHECK(condition.state == health_t::STATE_FINISHED);
+  CHECK(condition.message.find("1 not sent") != std::string::npos);
+}
+
 TEST_CASE("unpaced files wait for the tracker's answer") {
   const Images images;
   CameraSettings settings = images.settings();

@@ -357,9 +357,9 @@ TEST_CASE("carry: a circle that is seen once on the way home is not the pad for 
 TEST_CASE("carry: a cargo's place is the mean of what was seen, doubtful sights hardly counting") {
   CargoPlaces places;
   const SlotId slot{0, 1};
-  for (int i = 0; i < 30; ++i) places.see(slot, {0.1, 0}, 1e-4, i);
-  for (int i = 0; i < 30; ++i) places.see(slot, {0.3, 0}, 0.08 * 0.08, 30 + i);  // cut by the border
+  for (int i = 0; i < 30; ++i) places.see(slot, {0.1, 0}, 1e-4);
+  for (int i = 0; i < 30; ++i) places.see(slot, {0.3, 0}, 0.08 * 0.08);  // cut by the border
   CHECK(places.at(slot)->offset_m.x() == Approx(0.1).margin(0.02));
-  for (int i = 0; i < 100; ++i) places.see(slot, {0.2, 0.1}, 4e-4, 60 + i);  // it was pushed
+  for (int i = 0; i < 100; ++i) places.see(slot, {0.2, 0.1}, 4e-4);  // it was pushed
   CHECK((places.at(slot)->offset_m - Eigen::Vector2d(0.2, 0.1)).norm() < 0.04);
 }

@@ -155,6 +155,23 @@ TEST_CASE("carry: no set-point where the autopilot's mode is not known") {
   CHECK_THAT(bench.carry().reason(), Contains("not known"));
 }
 
+TEST_CASE("carry: nothing starts before the autopilot tells that it obeys") {
+  CarryRecord on_ground = Bench::record(false);
+  on_ground.phase = Phase::idle;
+  Bench bench(on_ground);
+  const bool tells = GENERATE(false, true);  // nothing at all; that somebody else flies
+  bench.autopilot_tells = tells;
+  bench.guided = false;
+  bench.run(1);
+  bench.told().start();
+  bench.run(1);
+  CHECK(bench.carry().phase() == Phase::idle);
+  CHECK_FALSE(bench.carry().setpoint());
+  CHECK_THAT(bench.carry().reason(), Contains("not started"));
+  bench.autopilot_tells = bench.guided = true;
+  CHECK(bench.run_to(Phase::take_off));
+}
+
 TEST_CASE("carry: a clock that is set back moves nobody") {
   Bench bench(false);
   REQUIRE(bench.run_to(Phase::approach));
@@ -217,6 +234,7 @@ TEST_CASE("carry: what a laser contradicted is over when it tells nothing") {
 TEST_CASE("carry: a circle wished for is kept while a cargo is fetched for it") {
   Bench bench(false);
   bench.told().wish({1, 3});
+  bench.told().wish({-1, -1});  // names no circle: the one before stands
   take_cargo(bench);
   REQUIRE(bench.run_until([&] { return bench.carry().record().loaded; }, 40));
   REQUIRE(bench.run_to(Phase::approach));

@@ -10,10 +10,10 @@ using namespace stevedore;
 
 namespace {
 
-const std::vector<std::string> programs = {"camera_proc",  "detector_proc", "tracker_proc", "pose_proc",
-                                           "mission_proc", "record",        "replay",       "report",
-                                           "overlay",      "locate",        "doctor",       "settings",
-                                           "explain",      "campaign",      "calibrate"};
+const std::vector<std::string> programs = {
+    "camera_proc", "detector_proc", "tracker_proc", "pose_proc", "mission_proc", "record",   "replay",
+    "report",      "overlay",       "locate",       "doctor",    "settings",     "explain",  "campaign",
+    "calibrate",   "sim_proc",      "gimbal_proc",  "watch",     "tell",         "evaluate", "scenes"};
 const std::string golden_log = STEVEDORE_SOURCE_DIR "/logs/film.lcm";
 
 }  // namespace
@@ -39,7 +39,7 @@ TEST_CASE("scripts have --help too, with no root, no screen, and nothing done") 
   for (const std::string script :
        {"run", "test", "launch/netns", "launch/make-services", "launch/make-systemd-units",
         "launch/multicast-route", "logs/record-golden", "scripts/install-packages", "scripts/lint-format",
-        "tools/spy"}) {
+        "scripts/lint-tidy", "tools/spy"}) {
     INFO(script);
     const auto help =
         run_program("unset DISPLAY; PATH=/usr/bin:/bin " STEVEDORE_SOURCE_DIR "/" + script + " --help");

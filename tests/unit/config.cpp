@@ -103,6 +103,10 @@ TEST_CASE("what is wrong is said with file, line and key") {
                     Contains(":3: detector: stands here twice"));
   CHECK_THROWS_WITH(read("detector: {votes: 1}\n", {"detector.gate_px=40"}),
                     Contains("--set: detector.gate_px: 40"));
+  CHECK_THROWS_WITH(read("detector: {votes: 1}\n", {"detector={gate_px: 40}"}),
+                    Contains("--set: detector.gate_px: 40"));
+  CHECK_THROWS_WITH(read("\n\n", {"detector.colours=[{hue: 10}, {hue: 200}]"}),
+                    Contains("--set: detector.colours[1].hue"));
   CHECK_THROWS_AS(read("", {"detector=3", "detector.votes=3"}), ConfigError);
   CHECK_THROWS_AS(Config::load("/tmp"), ConfigError);
   CHECK_THROWS_WITH(read("detectro:\n  gate_px: 4\n"), Contains(":1: detectro: is not a section"));

@@ -2,9 +2,11 @@
 #include "runtime/journal_file.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "lcmtypes/validate.hpp"
 #include "tests/support/program.hpp"
 
 using namespace stevedore;
@@ -40,6 +42,21 @@ TEST_CASE("a line that was being written when the process was killed leaves the 
   std::ofstream(folder.file("mission.journal.next")) << "half a li";
   REQUIRE(journal.newest());
   CHECK(journal.newest()->attempts == 7);
+}
+
+TEST_CASE("a journal that says what can't be is none") {
+  mission_journal_t line = line_of(1);
+  CHECK_FALSE(fault_of(line));
+  SECTION("a hook that hangs nowhere") {
+    line.hook_off_m[1] = std::nan("");
+  }
+  SECTION("lessons that were never had") {
+    line.hook_lessons = -2;
+  }
+  SECTION("circles that are not there") {
+    line.taken_count = 1;
+  }
+  CHECK(fault_of(line));
 }
 
 TEST_CASE("a journal that is no journal has no line, and one that can't be written says so") {

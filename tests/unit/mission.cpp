@@ -97,10 +97,23 @@ TEST_CASE("a restarted tracker's new id is the same choice") {
   Mission mission{MissionSettings{}};
   mission.see(view(10, {circle(7, 12)}));
   const auto choice = mission.decision().wanted->choice;
-  mission.see(view(10.1, {circle(1, 12)}));  // restarted: follows nothing yet
-  mission.see(view(10.2, {circle(1, 12)}, 1, TargetStatus::tracking));
+  mission.see(view(11, {circle(7, 12)}, 7, TargetStatus::tracking));
+  mission.see(view(11.1, {circle(1, 12)}));  // restarted: follows nothing yet
+  mission.see(view(11.2, {circle(1, 12)}, 1, TargetStatus::tracking));
   CHECK(mission.decision().wanted->track_id == 1);
   CHECK(mission.decision().wanted->choice == choice);
+}
+
+TEST_CASE("a choice stands while the tracker still follows the one before") {
+  Mission mission{MissionSettings{}};
+  mission.see(view(10, {circle(3, 40), circle(5, 12)}, 3, TargetStatus::tracking));
+  mission.choose(5);
+  mission.see(view(12, {circle(3, 40), circle(5, 12)}, 3, TargetStatus::tracking));
+  const auto choice = mission.decision().wanted->choice;
+  mission.see(view(12.6, {circle(3, 40), circle(5, 12)}, 3, TargetStatus::tracking));  // the command was lost
+  CHECK(mission.decision().wanted->track_id == 5);
+  CHECK(mission.decision().wanted->choice == choice);
+  CHECK(mission.decision().phase == Phase::search);
 }
 
 TEST_CASE("emergencies are raised with their delay and cleared when the cause goes") {

@@ -54,7 +54,9 @@ TEST_CASE("layouts come from the settings, impossible ones are refused") {
   CHECK(allowed_layouts(settings)[0].slots_m[0].x() == Approx(1.95));
   settings.slots = {{1, 0}, {-1, 0}, {0, 2}};
   CHECK(allowed_layouts(settings)[0].size() == 3);
-  settings.slots = {{1, 0}, {1, 0.01}};
+  settings.slots = {{1, 0}, {-1, 0}};  // no deck can be told by two
+  CHECK_THROWS_AS(PlatformEstimator(settings), std::invalid_argument);
+  settings.slots = {{1, 0}, {-1, 0}, {1, 0.01}};
   CHECK_THROWS_AS(PlatformEstimator(settings), std::invalid_argument);
   settings.slots.assign(9, {});
   for (std::size_t i = 0; i < 9; ++i) settings.slots[i].forward_m = 1.5 * static_cast<double>(i);

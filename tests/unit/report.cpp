@@ -370,6 +370,7 @@ TEST_CASE("the world in place of the camera: its drops, and the processes beside
   const auto json = to_json(report, "a.log");
   CHECK(json["camera_drops"] == 4);
   CHECK(json["cpu_share"]["sim_proc"] == Approx(0.5));
+  CHECK(json["beside"]["gimbal_proc"]["restarts"] == 0);
   CHECK_FALSE(json["stages"].contains("camera_proc"));
   CHECK(to_text(report).find("4 camera drops") != std::string::npos);
   CHECK(to_text(report).find("2 messages that carry no frame were lost") != std::string::npos);

@@ -133,13 +133,13 @@ TEST_CASE("the target by pixel: within two semi-axes, the ellipse that has it fa
 }
 
 TEST_CASE("the target by id, and by the place it was last seen when the id is not known") {
-  Tracker tracker{TrackerSettings{}, 100};
+  Tracker tracker{TrackerSettings{}};
   const std::vector<Detection> three = {circle(100, 100), circle(200, 100), circle(300, 100)};
   tracker.step(0, kNoImage, three);
-  tracker.follow_id(101);
+  tracker.follow_id(2);
   auto result = tracker.step(kFrame_s, kNoImage, three);
-  CHECK(result.target.id == 101);
-  CHECK(track_of(result, 1).id == 101);
+  CHECK(result.target.id == 2);
+  CHECK(track_of(result, 1).id == 2);
 
   tracker.follow_id(7);
   result = tracker.step(2 * kFrame_s, kNoImage, three);
@@ -148,7 +148,7 @@ TEST_CASE("the target by id, and by the place it was last seen when the id is no
 
   tracker.follow_id(7, Eigen::Vector2d(290, 110));
   result = tracker.step(3 * kFrame_s, kNoImage, three);
-  CHECK(result.target.id == 102);
+  CHECK(result.target.id == 3);
 }
 
 TEST_CASE("the same command again changes nothing") {
