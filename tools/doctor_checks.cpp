@@ -250,7 +250,8 @@ Finding judge_receive_buffer(long rmem_max_bytes) {
     return {name, Verdict::ok,
             fmt::format("net.core.rmem_max is {}, the bus asks for {}: it holds {} of the largest inline "
                         "frames, not {}; to raise it, {}",
-                        rmem_max_bytes, wanted_receive_buffer_bytes, rmem_max_bytes / inline_limit_bytes,
+                        rmem_max_bytes, wanted_receive_buffer_bytes,
+                        static_cast<size_t>(rmem_max_bytes) / inline_limit_bytes,
                         wanted_receive_buffer_bytes / inline_limit_bytes, cure)};
   }
   return {name, Verdict::ok,
