@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <iterator>
 #include <numbers>
+#include <stdexcept>
 
 #include "lcmtypes/convert.hpp"
+#include "runtime/config.hpp"
 
 namespace stevedore {
 namespace {
@@ -130,10 +132,19 @@ platform_estimate_t to_message(const PlatformEstimate& estimate, const header_t&
   return m;
 }
 
+/// A layout that can't be is a mistake in the configuration, which no restart mends.
+PlatformEstimator estimator_of(const PlatformSettings& settings) {
+  try {
+    return PlatformEstimator(settings);
+  } catch (const std::invalid_argument& error) {
+    throw ConfigError(error.what());
+  }
+}
+
 }  // namespace
 
 PlatformStage::PlatformStage(const PlatformSettings& settings, const CameraMount& mount, Bus& bus)
-    : bus_(bus), mount_(mount), estimator_(settings) {
+    : bus_(bus), mount_(mount), estimator_(estimator_of(settings)) {
   bus_.subscribe<platform_state_t>(channels::platform_state, [this](const platform_state_t& m) {
     estimator_.add_report({m.header.utime, m.platform, vector_of(m.position_ned_m),
                            vector_of(m.velocity_ned_mps), m.heading_rad});

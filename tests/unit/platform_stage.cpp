@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "pose_proc/pose_stage.hpp"
+#include "runtime/config.hpp"
 #include "tests/support/film.hpp"
 #include "tests/support/memory_bus.hpp"
 
@@ -125,6 +126,13 @@ TEST_CASE("pose stage: a deck's circles give its estimate with every frame, unde
   CHECK(last.slots[2].index == 2);
   REQUIRE(last.predictions.size() == 4);
   CHECK(last.predictions[1].center_ned_m[0] - last.center_ned_m[0] == Approx(speed_mps).margin(0.04));
+}
+
+TEST_CASE("pose stage: a layout that can't be is a mistake in the configuration") {
+  MemoryBus bus;
+  PlatformSettings settings;
+  settings.slots = {{1, 0}, {-1, 0}};
+  CHECK_THROWS_AS(PlatformStage(settings, CameraMount{}, bus), ConfigError);
 }
 
 TEST_CASE("pose stage: without the aircraft's state there is no estimate, with a silent gimbal neither") {
